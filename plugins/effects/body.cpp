@@ -13,6 +13,8 @@
 //                 cubic B-spline; grade leaves out the mean of its c_i: a closed lap comes back to its height
 #include <gripline/plugin.hpp>
 
+#include "common/vehicle/standstill.hpp"
+
 namespace {
 
 using gripline::hypot;
@@ -22,8 +24,6 @@ using gripline::square;
 using gripline::Stage;
 using std::abs;
 using std::hypot;
-
-constexpr double crawl = 0.02;  // [m/s], as of the resistance of `dynamic`
 
 template <class T>
 struct Strength {
@@ -64,7 +64,7 @@ class RollingRes final : public gripline::AutoDiffEffect<RollingRes> {
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
     // Against the motion, and nothing at rest: rest stays at rest.
-    p.q.ax -= k.a * gripline::clamp_value(p.q.vx * (1.0 / crawl), -1.0, 1.0);
+    p.q.ax -= k.a * gripline::vehicle::direction(p.q.vx);
   }
 };
 

@@ -20,6 +20,8 @@
 // keeps the corner within 16 % of the two straight laws, and differentiable.
 #include <gripline/plugin.hpp>
 
+#include "common/vehicle/standstill.hpp"
+
 namespace {
 
 using gripline::max;
@@ -199,9 +201,8 @@ class TurningDrag final : public gripline::AutoDiffEffect<TurningDrag> {
   Stage stage() const noexcept override { return Stage::body; }
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    constexpr double crawl = 0.02;  // [m/s], as of the resistance of `dynamic`
     const T drag = p.q.omega > T(0) ? k.k * p.q.omega : k.k * -p.q.omega;
-    p.q.ax -= drag * gripline::clamp_value(p.q.vx * (1.0 / crawl), -1.0, 1.0);
+    p.q.ax -= drag * gripline::vehicle::direction(p.q.vx);
   }
 };
 

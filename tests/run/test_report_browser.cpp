@@ -282,9 +282,9 @@ TEST_F(RealCarPages, CalibrationLeads) {
 
   // What is left is noise of the sensors; candidates that were not fitted have no error.
   nlohmann::json noise = real("noise_left", "[]", R"(null, "at_noise": true, "judged": 1.3)",
-                              R"([{"effect": "aero_drag", "gain": 0.25, "held_out": 1.2, "selected_fraction": 0.9,
+                              R"([{"effect": "aero_drag", "less_error": 0.25, "held_out": 1.2, "selected_fraction": 0.9,
        "rollout": {"change": -0.08, "ci95": [-0.1, -0.05], "says": "helps"}},
-      {"effect": "back_emf", "gain": 0.02, "held_out": null, "selected_fraction": 0,
+      {"effect": "back_emf", "less_error": 0.02, "held_out": null, "selected_fraction": 0,
        "rollout": {"change": 0, "ci95": [0, 0], "says": "cannot tell"}}])");
   noise["texts"] = {"these logs tell nothing more", "squared error, fitted", "not tried", "1.30 \xcf\x83 without any",
                     "\xe2\x88\x92"

@@ -12,7 +12,7 @@
 #include <iostream>
 #include <vector>
 
-#include "cli/last_words.hpp"
+#include "cli/premature_end.hpp"
 #include "config/errors.hpp"
 #include "plugin/registry.hpp"
 #include "util/made_folders.hpp"
@@ -58,14 +58,14 @@ int after_output(int code) {
 }  // namespace
 
 int run_program(int argc, char** argv, int (*body)(Arguments), const std::string& command) {
-  prepare_last_words();
+  report_premature_end();
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);           // a file beyond the size limit is then an error of write()
   setenv("OPENBLAS_NUM_THREADS", "1", 0);  // read when Ipopt is loaded: a run is one thread, and the same bytes
   const std::vector<std::string> args(argv + 1, argv + argc);
   const int code = after_output(run_guarded(args, body, command));
   if (code != good) remove_empty_made_folders();
-  all_said();
+  expect_end();
   return code;
 }
 

@@ -101,7 +101,7 @@ void print(const diagnose::Diagnosis& d) {
     if (++shown > 6) break;
     const bool tried = !std::isnan(r.held_out);
     const std::string error = tried ? format("%.3f", r.held_out) : "not tried", says(tried ? r.rollout.in_words() : "");
-    std::cout << format("%-18s %9.1f   %13s   %4.2f   %s\n", r.effect.c_str(), r.gain, error.c_str(),
+    std::cout << format("%-18s %9.1f   %13s   %4.2f   %s\n", r.effect.c_str(), r.gain.value_or(NAN), error.c_str(),
                         r.selected_fraction, says.c_str());
   }
   if (d.verdict == diagnose::Verdict::unknown && !d.ranking.empty())

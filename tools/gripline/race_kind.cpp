@@ -6,6 +6,8 @@
 #include "config/errors.hpp"
 #include "experiment/out_folder.hpp"
 #include "experiment/pairs.hpp"
+#include "experiment/race_judging.hpp"
+#include "experiment/race_printing.hpp"
 #include "experiment/race_runner.hpp"
 #include "experiment/race_tables.hpp"
 #include "gripline/command.hpp"

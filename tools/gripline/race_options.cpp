@@ -1,6 +1,6 @@
 #include "gripline/race_options.hpp"
 
-#include "config/blame.hpp"
+#include "config/assignment_errors.hpp"
 #include "config/errors.hpp"
 #include "config/shipped.hpp"
 

@@ -29,6 +29,8 @@ struct State {
 };
 /// Numbers in a State, for rows of a Prediction.
 inline constexpr int state_size = 7;
+/// The State of such a row.
+constexpr State state_of(const double* row) { return {row[0], row[1], row[2], row[3], row[4], row[5], row[6]}; }
 
 /// What a controller decides for one step.
 struct Input {
@@ -256,8 +258,8 @@ struct Sample {
   double ddelta_lag = 0;  ///< rate of that command less the rate at which the wheels turn then, likewise [rad/s]
 };
 
-/// What a stack believes of friction: peak lateral force of an
-/// axle over that axle's static load, and its standard deviation.
+/// What a stack believes of friction: peak lateral force of an axle over that axle's static load, and its standard
+/// deviation.
 struct Belief {
   double mu_front = 1;     ///< [-]
   double mu_rear = 1;      ///< [-]

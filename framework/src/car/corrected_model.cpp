@@ -195,7 +195,7 @@ State CorrectedModel::advance(const State& x, const Input& u, const Place& at) {
   const double input[] = {u.d, u.ddelta};
   values(1, row_.data(), input, &at, row_next_.data());
   std::copy(row_next_.begin() + state_size, row_next_.end(), current_.begin());
-  return {row_next_[0], row_next_[1], row_next_[2], row_next_[3], row_next_[4], row_next_[5], row_next_[6]};
+  return state_of(row_next_.data());
 }
 
 State CorrectedModel::advance_within(const StepBound& bound, const State& x, const Input& u, const Place& at) {
@@ -221,7 +221,7 @@ State CorrectedModel::advance_within(const StepBound& bound, const State& x, con
   }
   options_.integration.substeps = given;
   std::copy(row_next_.begin() + state_size, row_next_.end(), current_.begin());
-  return {row_next_[0], row_next_[1], row_next_[2], row_next_[3], row_next_[4], row_next_[5], row_next_[6]};
+  return state_of(row_next_.data());
 }
 
 Quantities<double> CorrectedModel::quantities(const State& x, const Input& u, const Place& at) {

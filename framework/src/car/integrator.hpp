@@ -1,7 +1,6 @@
 // Explicit Runge-Kutta methods by their Butcher tableaux.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string_view>
 

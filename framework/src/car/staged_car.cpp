@@ -53,15 +53,11 @@ const T* effective_params(const CarBatch<T>& batch, const std::vector<double>& s
   }
   return batch.params;
 }
-constexpr std::size_t max_params = 256;
 
 }  // namespace
 
 StagedCar::StagedCar(const VehicleModel& model, std::vector<double> params)
-    : model_(&model),
-      params_(std::move(params)),
-      model_params_(params_.size()),
-      lacks_stages_((model.stages() & filling_stages) != filling_stages) {
+    : model_(&model), params_(std::move(params)), lacks_stages_((model.stages() & filling_stages) != filling_stages) {
   plan();
 }
 
@@ -72,7 +68,6 @@ void StagedCar::add(const Effect& effect, std::vector<double> params, const std:
                                 " stage, which this model does not have");
   if (stage == Stage::reading && effect.memory() > 0)
     throw std::invalid_argument("effect \"" + name + "\" has memory, which an effect of the reading stage cannot have");
-  if (params_.size() + params.size() > max_params) throw std::invalid_argument("more than 256 parameters in one car");
   parts_.push_back({&effect, params_.size(), static_cast<std::size_t>(memory_)});
   params_.insert(params_.end(), params.begin(), params.end());
   memory_ += effect.memory();
@@ -135,29 +130,13 @@ void StagedCar::run(std::span<const Step> steps, const Points<T>& chunk, const C
   }
 }
 
-template <class T>
-void StagedCar::quantities(const CarBatch<T>& batch, Quantities<T>* q) const {
-  const T* const params = effective_params(batch, params_);
-  for (std::size_t begin = 0; begin < batch.n; begin += chunk_size) {
-    const std::size_t n = std::min(chunk_size, batch.n - begin);
-    for (std::size_t i = 0; i < n; ++i)
-      begin_point(q[begin + i], batch.motion + (begin + i) * motion_size, batch.command[begin + i], lacks_stages_);
-    Points<T> chunk;
-    chunk.n = n;
-    chunk.q = q + begin;
-    chunk.at = batch.at + begin;
-    chunk.params = params;
-    run<T>(steps_, chunk, batch, begin);
-  }
-}
-
-template <class T, class Use>
-void StagedCar::in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, Scratch<T>& scratch,
+template <class T, class At, class Use>
+void StagedCar::in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, const At& quantities_at,
                           const Use& use) const {
   const T* const params = effective_params(batch, params_);
-  Quantities<T>* const q = scratch.data();
   for (std::size_t begin = 0; begin < batch.n; begin += chunk_size) {
     const std::size_t n = std::min(chunk_size, batch.n - begin);
+    Quantities<T>* const q = quantities_at(begin);
     for (std::size_t i = 0; i < n; ++i)
       begin_point(q[i], batch.motion + (begin + i) * motion_size, batch.command[begin + i], lacks_stages_);
     Points<T> chunk;
@@ -178,14 +157,23 @@ void StagedCar::rates(const CarBatch<T>& batch) const {
 
 template <class T>
 void StagedCar::rates(const CarBatch<T>& batch, Scratch<T>& scratch) const {
-  in_chunks(std::span<const Step>(steps_), batch, scratch,
-            [&](const Quantities<T>& q, std::size_t i) { write_rates(q, batch.motion_rate + i * motion_size); });
+  in_chunks(
+      std::span<const Step>(steps_), batch, [&](std::size_t) { return scratch.data(); },
+      [&](const Quantities<T>& q, std::size_t i) { write_rates(q, batch.motion_rate + i * motion_size); });
 }
 
 void StagedCar::memory_rates(const CarBatch<double>& batch) const {
   Scratch<double> scratch;
-  in_chunks(std::span<const Step>(steps_).first(remembering_), batch, scratch,
-            [](const Quantities<double>&, std::size_t) {});
+  in_chunks(
+      std::span<const Step>(steps_).first(remembering_), batch, [&](std::size_t) { return scratch.data(); },
+      [](const Quantities<double>&, std::size_t) {});
+}
+
+template <class T>
+void StagedCar::quantities(const CarBatch<T>& batch, Quantities<T>* q) const {
+  in_chunks(
+      std::span<const Step>(steps_), batch, [&](std::size_t begin) { return q + begin; },
+      [](const Quantities<T>&, std::size_t) {});
 }
 
 void StagedCar::start_memory(const CarBatch<double>& batch, double* memory) const {

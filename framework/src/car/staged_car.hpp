@@ -93,9 +93,10 @@ class StagedCar {
   void plan();
   template <class T>
   void run(std::span<const Step> steps, const Points<T>& chunk, const CarBatch<T>& batch, std::size_t begin) const;
-  /// Runs the steps chunk by chunk; `use(quantities, i)` sees point i of the batch after them.
-  template <class T, class Use>
-  void in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, Scratch<T>& scratch, const Use& use) const;
+  /// Runs the steps chunk by chunk: that from point `begin` on fills `quantities_at(begin)`, and `use(quantities, i)`
+  /// sees point i of the batch after them.
+  template <class T, class At, class Use>
+  void in_chunks(std::span<const Step> steps, const CarBatch<T>& batch, const At& quantities_at, const Use& use) const;
 
   const VehicleModel* model_;
   std::vector<double> params_;
@@ -103,8 +104,7 @@ class StagedCar {
   std::vector<Step> steps_;
   std::vector<std::size_t> reading_;  // parts of Stage::reading
   std::size_t remembering_ = 0;       // steps up to the last effect that has memory
-  std::size_t model_params_;
-  bool lacks_stages_;  // the model leaves quantities to be zero
+  bool lacks_stages_;                 // the model leaves quantities to be zero
   int memory_ = 0;
 };
 

@@ -4,16 +4,22 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <stdexcept>
 
 #include "experiment/race_columns.hpp"
 
 namespace gripline {
 namespace {
 
+/// What is wrong with a claim's text; read_claim() says where the claim stands.
+struct ClaimProblem : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 class TermParser {
  public:
   explicit TermParser(std::string_view text) : text_(text) {}
-  /// Throws std::string with what is wrong.
+  /// Throws ClaimProblem.
   ClaimTerm parse() {
     ClaimTerm term;
     skip();
@@ -45,8 +51,8 @@ class TermParser {
   /// A number and a name with nothing but a blank between them.
   [[noreturn]] void refuse_factor(std::size_t begin, std::size_t end) const {
     const std::string_view rest = text_.substr(at_, text_.find_last_not_of(' ') + 1 - at_);
-    throw "a factor stands before \"*\": write " + std::string(text_.substr(begin, end - begin)) + " * " +
-        std::string(rest);
+    throw ClaimProblem("a factor stands before \"*\": write " + std::string(text_.substr(begin, end - begin)) + " * " +
+                       std::string(rest));
   }
   void skip() {
     while (at_ < text_.size() && text_[at_] == ' ') ++at_;
@@ -64,7 +70,7 @@ class TermParser {
     std::size_t dot = all.size();
     for (std::size_t i = 1; i + 1 < all.size(); ++i)
       if (all[i] == '.' && std::isalpha(static_cast<unsigned char>(all[i + 1])) != 0) dot = i;
-    if (dot == all.size()) throw std::string("expected stack.column, found \"" + std::string(text_) + "\"");
+    if (dot == all.size()) throw ClaimProblem("expected stack.column, found \"" + std::string(text_) + "\"");
     at_ = begin + dot + 1;
     return all.substr(0, dot);
   }
@@ -74,7 +80,7 @@ class TermParser {
       return std::isalnum(static_cast<unsigned char>(c)) != 0 || besides.find(c) != besides.npos;
     };
     while (at_ < text_.size() && part(text_[at_])) ++at_;
-    if (begin == at_) throw std::string("expected a name in \"" + std::string(text_) + "\"");
+    if (begin == at_) throw ClaimProblem("expected a name in \"" + std::string(text_) + "\"");
     return std::string(text_.substr(begin, at_ - begin));
   }
   std::optional<double> read_number() {
@@ -87,12 +93,12 @@ class TermParser {
   double required_number() {
     skip();
     const std::optional<double> number = read_number();
-    if (!number) throw std::string("expected a number in \"" + std::string(text_) + "\"");
+    if (!number) throw ClaimProblem("expected a number in \"" + std::string(text_) + "\"");
     return *number;
   }
   void finish() {
     skip();
-    if (at_ != text_.size()) throw std::string("cannot read \"" + std::string(text_.substr(at_)) + "\"");
+    if (at_ != text_.size()) throw ClaimProblem("cannot read \"" + std::string(text_.substr(at_)) + "\"");
   }
   std::string_view text_;
   std::size_t at_ = 0;
@@ -184,11 +190,12 @@ std::optional<Claim> read_claim(const Node& node, std::span<const std::string> s
     const std::string_view right = std::string_view(claim.text).substr(at + std::string_view(text).size());
     try {
       for (const auto& [side, where] : {std::pair(left, "before"), std::pair(right, "after")})
-        if (side.find_first_not_of(' ') == side.npos) throw std::string("nothing stands ") + where + " \"" + text + '"';
+        if (side.find_first_not_of(' ') == side.npos)
+          throw ClaimProblem(std::string("nothing stands ") + where + " \"" + text + '"');
       claim.left = TermParser(left).parse();
       claim.right = TermParser(right).parse();
-    } catch (const std::string& problem) {
-      errors.add(node.origin, problem);
+    } catch (const ClaimProblem& problem) {
+      errors.add(node.origin, problem.what());
       return std::nullopt;
     }
     check_names(claim.left, stacks, columns, node, errors);

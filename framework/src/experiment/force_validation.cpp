@@ -43,7 +43,7 @@ class LapEvaluation final : public StepObserver {
     model.start(x, row);
     const double input[] = {u.d, u.ddelta};
     model.step(1, row, input, std::span(&at, 1), next, {}, {});
-    return {next[0], next[1], next[2], next[3], next[4], next[5], next[6]};
+    return state_of(next.data());
   }
   /// The true forces are those at the start of the step. The model's are solved from its accelerations there:
   /// m (vy' + vx omega) = Ff cos(delta) + Fr and Iz omega' = Ff lf cos(delta) - Fr lr, Ff and Fr positive to the left.

@@ -6,6 +6,7 @@
 #include <ostream>
 #include <set>
 
+#include "experiment/race_printing.hpp"
 #include "util/csv_writer.hpp"
 #include "util/resampling.hpp"
 #include "util/statistics.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "experiment/race_tables.hpp"
+#include "experiment/race_results.hpp"
 
 namespace gripline {
 

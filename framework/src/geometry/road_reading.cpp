@@ -206,6 +206,7 @@ RoadTable read_road(std::span<const fs::path> files, const RoadReading& reading,
     const Track track = load_track(files[0]);
     road = sampled(track, std::max(0.05 * track.narrowest(), track.length() / 20000.0));
     road.name = track.name();
+    remarks.insert(remarks.end(), track.remarks().begin(), track.remarks().end());
     tell_left_out(track, remarks);
   } else {
     road = from_trace(files[0], reading, remarks);

@@ -213,9 +213,13 @@ CurveLocation SplinePath::foot(const Piece& piece, double low, double high, doub
 
 /// Whether some point of piece i may be nearer to (x, y): its ways to both knots add up to no more than its length.
 bool SplinePath::may_be_nearer(std::size_t i, double x, double y, double than) const {
-  const double to_knots =
-      std::sqrt(knot_distance2(i, x, y)) + std::sqrt(knot_distance2(i + 1 == pieces_.size() ? 0 : i + 1, x, y));
-  return 0.5 * (to_knots - pieces_[i].length) < than - 1e-9 * pieces_[i].length;
+  const double length = pieces_[i].length, limit = than - 1e-9 * length;
+  const double here = knot_distance2(i, x, y), next = knot_distance2(i + 1 == pieces_.size() ? 0 : i + 1, x, y);
+  // Most pieces are told from squares, without roots. The answer is the same: the share is far more than rounding, and
+  // nothing cancels in `far`, since `limit` is at least -1e-9 lengths.
+  const double far = limit + 0.5 * length, far2 = (1.0 + 1e-12) * (far * far);
+  if (here >= far2 && next >= far2) return false;
+  return 0.5 * (std::sqrt(here) + std::sqrt(next) - length) < limit;
 }
 
 /// The nearest point of one piece, wherever it is on it.

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "geometry/height_drift.hpp"
 #include "geometry/track_import.hpp"
 #include "util/numbers.hpp"
 
@@ -108,6 +109,13 @@ class LapEnd {
   bool goes_on_ = false;
 };
 
+/// The first point's height when the trace is back there, at point k, tells how far heights drifted in the lap, also
+/// where that is too little for close_heights() to see.
+void close_heights_at(RoadTrace& trace, std::size_t k, std::vector<std::string>& remarks) {
+  std::string remark = even_out_lap(trace.points, trace.height, k);
+  if (!remark.empty()) remarks.push_back(std::move(remark));
+}
+
 /// Cuts a trace that continues after a lap where it comes nearest to its start again. The last point of a surveyed road
 /// may be as near to the first as any other step: it stays.
 void cut_after_a_lap(RoadTrace& trace, double near, bool surveyed, std::vector<std::string>& remarks) {
@@ -118,6 +126,7 @@ void cut_after_a_lap(RoadTrace& trace, double near, bool surveyed, std::vector<s
   if (surveyed && !lap.goes_on() && (n - *nearest < 2 || !lap.ahead(trace.points.back()))) return;
   if (n - *nearest > 2 || surveyed)
     remarks.push_back(format("the trace goes on for %zu points after a lap: left out", n - *nearest));
+  close_heights_at(trace, *nearest, remarks);
   keep_first(trace, *nearest);  // the nearest point would repeat the first
 }
 
@@ -145,10 +154,9 @@ void close_gap(RoadTrace& trace, double largest, std::vector<std::string>& remar
   remarks.push_back(format("a gap of %.4g m between the last point and the first is closed", gap));
 }
 
-/// Heights that drifted within the lap, as those of barometers do, would be a cliff between the last point and the
-/// first: the road is tilted along its way until they meet, where that is little.
+/// Heights that drifted within the lap would be a cliff between the last point and the first. Where there is one of
+/// little size the road is tilted along its way until they meet.
 void close_heights(RoadTrace& trace, std::vector<std::string>& remarks) {
-  constexpr double most = 0.005;  // of the length
   std::vector<double>& z = trace.height;
   if (z.empty()) return;
   const std::size_t n = z.size();
@@ -158,26 +166,19 @@ void close_heights(RoadTrace& trace, std::vector<std::string>& remarks) {
     way[i] = way[i - 1] + distance(trace.points[i], trace.points[i - 1]);
     largest = std::max(largest, std::abs(z[i] - z[i - 1]));
   }
-  const double gap = distance(trace.points.front(), trace.points.back()), length = way.back() + gap;
+  const double gap = distance(trace.points.front(), trace.points.back());
   const double step = way.back() / static_cast<double>(n - 1), usual = largest * std::max(1.0, gap / step);
   const double grade = 0.5 * ((z[1] - z[0]) / way[1] + (z[n - 1] - z[n - 2]) / (way[n - 1] - way[n - 2]));
   const double drift = z.back() + std::clamp(gap * grade, -usual, usual) - z.front();
   if (std::abs(drift) <= std::max(3.0 * usual, 1e-3 * step)) return;
-  const char* const where = drift > 0.0 ? "higher" : "lower";
-  if (std::abs(drift) > most * length)
-    throw GeometryError(
-        format("the heights do not close: after a lap it is %.3g m %s than where it began (up to 0.5 %% of its "
-               "length, %.3g m, is evened out)",
-               std::abs(drift), where, most * length));
-  for (std::size_t i = 1; i < n; ++i) z[i] -= drift * way[i] / length;
-  remarks.push_back(
-      format("after a lap it is %.3g m %s than where it began: evened out along the way", std::abs(drift), where));
+  remarks.push_back(take_drift_off(trace.points, z, drift));
 }
 
 /// Drops a last point that repeats the first; the line must be closed then.
 void drop_closing_point(RoadTrace& trace, std::vector<std::string>& remarks) {
   const std::size_t before = trace.points.size();
   const double gap = distance(trace.points.front(), trace.points.back());
+  close_heights_at(trace, before - 1, remarks);
   try {
     drop_closing_point_and_check_closed(trace.points);
   } catch (const GeometryError& error) {

@@ -25,6 +25,7 @@ struct TrackShape {
   std::optional<Pose> start = {};                                     ///< default: the centre line's first point
   std::optional<ClosedPolyline> points = {};                          ///< as in the file, if the road came from points
   bool bridges = false;  ///< where the road crosses itself at an angle, one of the two passes over the other
+  std::vector<std::string> remarks = {};  ///< what of the file was changed, a line each
 };
 
 /// Where a road passes over itself: the stations of both passes [m].
@@ -45,6 +46,8 @@ class Track {
   explicit Track(TrackShape shape);
 
   const std::string& name() const { return shape_.name; }
+  /// What of the road's file was changed when it was read, a line each.
+  const std::vector<std::string>& remarks() const { return shape_.remarks; }
   const ClosedCurve& centre() const { return shape_.centre; }
   double length() const { return length_; }
   double wrap(double s) const { return wrap_periodic(s, length_); }

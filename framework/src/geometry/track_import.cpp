@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
+#include "geometry/height_drift.hpp"
+#include "geometry/middle_line.hpp"
 #include "util/numbers.hpp"
-#include "util/statistics.hpp"
 
 namespace gripline {
 namespace {
@@ -147,137 +147,6 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
   return shape;
 }
 
-/// Points every `spacing` metres along a closed line.
-std::vector<PlanePoint> resample(const ClosedCurve& curve, double spacing) {
-  const auto count = static_cast<std::size_t>(std::max(16.0, std::round(curve.length() / spacing)));
-  std::vector<PlanePoint> points(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const CurvePoint at = curve.at(curve.length() * static_cast<double>(i) / static_cast<double>(count));
-    points[i] = {at.x, at.y};
-  }
-  return points;
-}
-
-/// How two edges lie to each other, seen from the points of the first.
-struct Sides {
-  double distance = 0.0;   ///< mean, from one edge to the other
-  double left = 0.0;       ///< mean distance of the other edge to the left of this one
-  double along = 0.0;      ///< mean cosine between the directions of the two edges
-  std::size_t anchor = 0;  ///< a point whose nearest place on the other edge is surely across the road
-  double beside = 0.0;     ///< the station of that place on the other edge
-};
-
-/// Where a road comes by itself, the nearest place of the other edge may belong to another stretch. It is across the
-/// road where it is on the usual side, in the same direction and at the usual distance.
-std::size_t surest(const std::vector<Sides>& each, const Sides& mean) {
-  std::vector<double> distances;
-  for (const Sides& one : each) distances.push_back(one.distance);
-  const double usual = median(std::move(distances));
-  std::size_t best = 0;
-  double least = INFINITY;
-  for (std::size_t i = 0; i < each.size(); ++i) {
-    const double unusual = std::abs(each[i].distance - usual);
-    if (each[i].along < 0.9 || each[i].left * mean.left <= 0.0 || unusual >= least) continue;
-    least = unusual;
-    best = i;
-  }
-  return best;
-}
-
-Sides compare(const ClosedPolyline& edge, const ClosedPolyline& other) {
-  Sides sides;
-  std::vector<Sides> each;
-  const double step = 1e-6 * other.length();
-  const std::size_t n = edge.points().size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const PlanePoint p = edge.points()[i], next = edge.points()[i + 1 == n ? 0 : i + 1];
-    const double s = other.nearest_station(p.x, p.y);
-    const PlanePoint q = other.at(s), beyond = other.at(s + step);
-    const double yaw = std::atan2(next.y - p.y, next.x - p.x), other_yaw = std::atan2(beyond.y - q.y, beyond.x - q.x);
-    const double left = std::cos(yaw) * (q.y - p.y) - std::sin(yaw) * (q.x - p.x);
-    each.push_back({distance(p, q), left, std::cos(other_yaw - yaw), i, s});
-    sides.distance += each.back().distance / static_cast<double>(n);
-    sides.left += left / static_cast<double>(n);
-    sides.along += each.back().along / static_cast<double>(n);
-  }
-  sides.anchor = surest(each, sides);
-  sides.beside = each[sides.anchor].beside;
-  return sides;
-}
-
-/// Stations on an edge of the places beside the points of a line along it, which follow each other: each is sought
-/// around the one before, from point `first`, which is beside the station `around`. Where that does not lead once round
-/// the edge, each is its nearest place.
-std::vector<double> beside(const ClosedPolyline& edge, std::span<const PlanePoint> line, double reach,
-                           std::size_t first, double around) {
-  const std::size_t n = line.size();
-  std::vector<double> stations(n);
-  double way = 0.0;
-  for (std::size_t k = 0; k <= n; ++k) {
-    const PlanePoint& p = line[(first + k) % n];
-    const double s = edge.nearest_station(p.x, p.y, around, reach);
-    if (k > 0) way += wrap_difference(s - around, edge.length());
-    stations[(first + k) % n] = around = s;
-  }
-  if (std::abs(way - edge.length()) < 0.01 * edge.length()) return stations;
-  for (std::size_t i = 0; i < n; ++i) stations[i] = edge.nearest_station(line[i].x, line[i].y);
-  return stations;
-}
-
-/// The line between two edges, and which places of both are beside its points.
-struct Middle {
-  std::vector<PlanePoint> points;
-  std::vector<double> on_inner, on_outer;  ///< stations
-};
-
-/// The line that is equally far from both edges: from halfway across, every point moves half the difference.
-Middle middle_line(const ClosedPolyline& inner, const ClosedPolyline& outer, const Sides& sides, double spacing) {
-  constexpr int rounds = 8;
-  // In a hairpin about a corner of the inner edge a step along it is half a circle along the outer one.
-  const double reach = 6.0 * sides.distance + 2.0 * spacing;
-  const ClosedCurve along_inner = ClosedCurve::from_points(inner.points());
-  Middle middle{resample(along_inner, spacing), {}, {}};
-  const std::size_t n = middle.points.size();
-  const double share = along_inner.spline()->knot_stations()[sides.anchor] / along_inner.length();
-  const auto anchor = static_cast<std::size_t>(std::lround(share * static_cast<double>(n))) % n;
-  middle.on_outer = beside(outer, middle.points, reach, anchor, sides.beside);
-  for (std::size_t i = 0; i < n; ++i) {
-    PlanePoint& p = middle.points[i];
-    const PlanePoint q = outer.at(middle.on_outer[i]);
-    p = {0.5 * (p.x + q.x), 0.5 * (p.y + q.y)};
-  }
-  middle.on_inner = {0.0};  // both lines begin at the inner edge's first point
-  for (int round = 0; round <= rounds; ++round) {
-    if (round < rounds) middle.points = resample(ClosedCurve::from_points(middle.points), spacing);
-    middle.on_inner = beside(inner, middle.points, reach, 0, middle.on_inner[0]);
-    middle.on_outer = beside(outer, middle.points, reach, 0, middle.on_outer[0]);
-    for (std::size_t i = 0; round < rounds && i < middle.points.size(); ++i) {
-      PlanePoint& p = middle.points[i];
-      const PlanePoint a = inner.at(middle.on_inner[i]), b = outer.at(middle.on_outer[i]);
-      const double move = 0.5 * (distance(b, p) - distance(a, p)) / distance(a, b);
-      p.x += move * (b.x - a.x);
-      p.y += move * (b.y - a.y);
-    }
-  }
-  return middle;
-}
-
-/// Where the edges have changed sides they crossed: the place of the first such sample of the middle line.
-void check_crossing(const ClosedCurve& centre, const Middle& middle, const ClosedPolyline& inner,
-                    const ClosedPolyline& outer, bool inner_left) {
-  const std::vector<double> stations = centre.spline()->knot_stations();
-  for (std::size_t i = 0; i < stations.size(); ++i) {
-    const CurvePoint at = centre.at(stations[i]);
-    const PlanePoint a = inner.at(middle.on_inner[i]), b = outer.at(middle.on_outer[i]);
-    const double dx = inner_left ? a.x - b.x : b.x - a.x, dy = inner_left ? a.y - b.y : b.y - a.y;
-    if (std::cos(at.yaw) * dy - std::sin(at.yaw) * dx < -0.5 * std::hypot(dx, dy))
-      throw GeometryError(
-          format("the two edges cross each other: near (%.5g, %.5g) the left one is to the right of the "
-                 "other",
-                 at.x, at.y));
-  }
-}
-
 /// The heights of an edge by its stations.
 StationTable height_table(const ClosedPolyline& edge, const std::vector<double>& heights) {
   std::vector<double> stations(edge.points().size());
@@ -286,7 +155,7 @@ StationTable height_table(const ClosedPolyline& edge, const std::vector<double>&
 }
 
 /// Grade and bank of a road between two edges with heights.
-void add_slopes(TrackShape& shape, const Middle& middle, const StationTable& inner_height,
+void add_slopes(TrackShape& shape, const MiddleLine& middle, const StationTable& inner_height,
                 const StationTable& outer_height, bool inner_left) {
   const double length = shape.centre.length();
   const std::vector<double> stations = shape.centre.spline()->knot_stations();
@@ -306,9 +175,7 @@ void add_slopes(TrackShape& shape, const Middle& middle, const StationTable& inn
 void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
   const std::size_t n = points.size();
   // A closing point that was rounded, or surveyed again, is much nearer to the first than its neighbours are.
-  if (n > 3 && distance(points.front(), points.back()) <
-                   0.125 * std::min(distance(points[0], points[1]), distance(points[n - 2], points[n - 1])))
-    points.pop_back();
+  if (n > 3 && repeats_first(points, n - 1)) points.pop_back();
   double longest = 0.0;
   for (std::size_t i = 1; i < points.size(); ++i) longest = std::max(longest, distance(points[i], points[i - 1]));
   const double gap = distance(points.front(), points.back());
@@ -332,6 +199,15 @@ EdgePoints EdgePoints::from_table(const CsvTable& table) {
   edge.points = points_of(table, "x_m", "y_m", {});
   if (table.find("z_m") >= 0) {
     edge.heights = table.column("z_m");
+    if (const std::size_t lap = edge.points.size(); edge.heights.size() > lap) {  // that row repeats the first
+      std::vector<PlanePoint> points = edge.points;
+      points.push_back({table.column("x_m")[lap], table.column("y_m")[lap]});
+      try {
+        edge.remark = even_out_lap(points, edge.heights, lap);
+      } catch (const GeometryError& error) {
+        refuse(table, 0, error.what());
+      }
+    }
     edge.heights.resize(edge.points.size());
   }
   return edge;
@@ -339,7 +215,7 @@ EdgePoints EdgePoints::from_table(const CsvTable& table) {
 
 TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& outer_points, double spacing) {
   const ClosedPolyline inner(inner_points.points), outer(outer_points.points);
-  const Sides sides = compare(inner, outer);
+  const EdgeSides sides = compare_edges(inner, outer);
   if (sides.distance < 1e-6 * inner.length()) throw GeometryError("the two edges are the same line");
   if (sides.along <= 0.0) {
     throw GeometryError(
@@ -347,7 +223,7 @@ TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& ou
         "that does not");
   }
   if (std::abs(sides.left) < 0.5 * sides.distance) throw GeometryError("the two edges cross each other");
-  Middle middle = middle_line(inner, outer, sides, spacing > 0.0 ? spacing : 0.5 * sides.distance);
+  MiddleLine middle = middle_line(inner, outer, sides, spacing > 0.0 ? spacing : 0.5 * sides.distance);
   ClosedCurve centre = ClosedCurve::from_points(middle.points);
   const double length = centre.length();
   const std::vector<double> stations = centre.spline()->knot_stations();
@@ -364,6 +240,8 @@ TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& ou
   if (!inner_points.heights.empty() && !outer_points.heights.empty())
     add_slopes(shape, middle, height_table(inner, inner_points.heights), height_table(outer, outer_points.heights),
                inner_left);
+  for (const auto& [edge, name] : {std::pair(&inner_points, "inner"), std::pair(&outer_points, "outer")})
+    if (!edge->remark.empty()) shape.remarks.push_back(std::string(name) + " edge: " + edge->remark);
   shape.points = ClosedPolyline(std::move(middle.points));
   return shape;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "geometry/track.hpp"
@@ -25,7 +26,10 @@ TrackShape shape_from_table(const CsvTable& table, const ImportOptions& options 
 struct EdgePoints {
   std::vector<PlanePoint> points;
   std::vector<double> heights;
-  static EdgePoints from_table(const CsvTable& table);  ///< columns x_m,y_m[,z_m]
+  std::string remark = {};  ///< what was changed of the heights
+  /// Columns x_m,y_m[,z_m]. A last row that repeats the first at another height tells how far heights drifted in the
+  /// lap: that is evened out along the way, beyond 0.5 % of the length refused.
+  static EdgePoints from_table(const CsvTable& table);
 };
 
 /// A road between two measured edges whose points need not correspond; which one is left follows from the geometry. The

@@ -12,7 +12,7 @@
 #include <span>
 
 #include "config/node.hpp"
-#include "experiment/race_tables.hpp"
+#include "experiment/race_printing.hpp"
 #include "sweep/sweep.hpp"
 #include "util/csv_cell.hpp"
 #include "util/csv_writer.hpp"

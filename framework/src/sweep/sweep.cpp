@@ -10,7 +10,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "config/blame.hpp"
+#include "config/assignment_errors.hpp"
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "config/hash.hpp"

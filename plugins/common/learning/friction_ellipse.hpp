@@ -1,5 +1,4 @@
-// Side force of an axle under drive or brake force Fx: reduced by the factor
-// sqrt(1 - (Fx / (ratio Fy_max))^2).
+// Side force of an axle under drive or brake force Fx: reduced by the factor sqrt(1 - (Fx / (ratio Fy_max))^2).
 // Source: Pacejka, Tyre and Vehicle Dynamics (2012), section 1.3.
 #pragma once
 

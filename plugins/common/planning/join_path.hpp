@@ -4,8 +4,8 @@
 //
 // with the offset n0 and the slope n0' = tan(heading error) of the car. Ln and Ls are the least for which the added
 // curvature stays within a share of the friction at the speed driven, a larger one for a car beside the road, and
-// within the steering's limit. A
-// controller that is given a line metres away steers as hard as its model allows; with this path it need not.
+// within the steering's limit. A controller that is given a line metres away steers as hard as its model allows; with
+// this path it need not.
 #pragma once
 
 #include <algorithm>

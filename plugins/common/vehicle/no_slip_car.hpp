@@ -124,7 +124,7 @@ class NoSlipCar : public AutoDiffVehicle<D> {
     auto& q = p.q;
     // Brakes hold the mass that there is, which effects may have changed.
     if (q.d < T(0)) q.drive_force = vehicle::drive_force(q, q.m, p.at.grade);
-    if (q.vx < T(vehicle::crawl)) return stand(p, k);
+    if (q.vx < T(vehicle::crawl_speed)) return stand(p, k);
     const T drive_rate = (q.drive_force - q.rolling - q.drag * square(q.vx)) / q.m;
     static_cast<const D&>(*this).motion(q, drive_rate);
     q.aw *= k.yaw_gain;

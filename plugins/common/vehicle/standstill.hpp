@@ -4,7 +4,7 @@
 // explicit integration:
 //   resistance   Fres = (rolling + drag vx^2) clamp(vx / crawl, -1, 1)
 //   brakes       B = -brake d for d < 0;   Fd = -clamp(m (k vx - max(0, 1 - |vx| / slow) g sin(grade)), -B, B)
-//                with k = min(hold, B / (m slow))
+//                with k = min(hold, B / (m slow)); crawl, slow and hold are the constants below
 // Inside the bounds vx' = -k vx - g sin(grade) |vx| / slow - Fres / m, which is 0 at rest and stable where k exceeds
 // g |sin(grade)| / slow: a car whose brakes are stronger than the slope, up to 19 degrees, comes to rest and stays
 // there, where a force that only rises with speed would let it creep downhill. Forwards and faster than slow and B /
@@ -31,14 +31,14 @@
 
 namespace gripline::vehicle {
 
-inline constexpr double crawl = 0.02;  // full resistance and full slip from this speed on [m/s]
-inline constexpr double slow = 0.08;   // up to this speed weak brakes fade in [m/s]
-inline constexpr double hold = 40.0;   // largest rate at which brakes take the last speed away [1/s]
+inline constexpr double crawl_speed = 0.02;        // full resistance and full slip from this speed on [m/s]
+inline constexpr double weak_brake_speed = 0.08;   // up to this speed weak brakes fade in [m/s]
+inline constexpr double largest_hold_rate = 40.0;  // largest rate at which brakes take the last speed away [1/s]
 
 /// From -1 backwards to 1 forwards.
 template <class T>
 T direction(const T& vx) {
-  return clamp_value(vx * (1.0 / crawl), -1.0, 1.0);
+  return clamp_value(vx * (1.0 / crawl_speed), -1.0, 1.0);
 }
 
 /// Force of the motor that brakes at d = -1, (Cm1 - Cm2 |vx|), and never one that drives [N].
@@ -62,24 +62,24 @@ T drive_force(const Quantities<T>& q, const T& m, double grade) {
   using gripline::max, gripline::min, std::max, std::min;
   using std::abs;
   const T braked = q.brake * q.d;
-  if (!(q.vx < T(slow)) && !(m * q.vx * hold < -braked)) return braked;  // it drives
-  const T rate = min(T(hold), -braked / (m * slow));
-  const T at_rest = max(T(0), T(1) - T(abs(q.vx)) / slow);
+  if (!(q.vx < T(weak_brake_speed)) && !(m * q.vx * largest_hold_rate < -braked)) return braked;  // it drives
+  const T rate = min(T(largest_hold_rate), -braked / (m * weak_brake_speed));
+  const T at_rest = max(T(0), T(1) - T(abs(q.vx)) / weak_brake_speed);
   const T wanted = m * (at_rest * (gravity * std::sin(grade)) - rate * q.vx);
   if (wanted < braked) return braked;
   return wanted > -braked ? -braked : wanted;
 }
 
-/// Slip angles of both axles [rad], as slip.hpp's with |vx| from `crawl` on forwards.
+/// Slip angles of both axles [rad], as slip.hpp's with |vx| from `crawl_speed` on forwards.
 template <class T>
 void fill_slips(Quantities<T>& q) {
   using std::abs, std::atan, std::tan;
-  if (!(q.vx < T(crawl))) {
+  if (!(q.vx < T(crawl_speed))) {
     q.slip_front = front_slip(q.vx, q.vy, q.omega, q.delta, q.lf);
     q.slip_rear = rear_slip(q.vx, q.vy, q.omega, q.lr);
     return;
   }
-  const T forward = q.vx < T(-crawl) ? T(-q.vx) : T(crawl);
+  const T forward = q.vx < T(-crawl_speed) ? T(-q.vx) : T(crawl_speed);
   const T turned = atan(direction(q.vx) * tan(q.delta));
   q.slip_front = front_slip(forward, q.vy, q.omega, turned, q.lf);
   q.slip_rear = rear_slip(forward, q.vy, q.omega, q.lr);

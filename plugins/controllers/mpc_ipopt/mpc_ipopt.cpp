@@ -110,8 +110,7 @@ class MpcIpopt final : public Controller {
     predicted_.assign(1, now.x);
     for (int k = 0; k < ocp_.horizon(); ++k) {
       plan_.push_back(planned_input(k));
-      const double* const s = z.data() + nlp_->layout().state(k + 1);
-      predicted_.push_back({s[0], s[1], s[2], s[3], s[4], s[5], s[6]});
+      predicted_.push_back(state_of(z.data() + nlp_->layout().state(k + 1)));
     }
   }
 

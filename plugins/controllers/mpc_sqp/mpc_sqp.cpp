@@ -96,8 +96,7 @@ class MpcSqp final : public Controller {
     if (std::isfinite(front)) ocp_.bound_front_slip(sqp_->x(), front_slip_ * front, rear);
   }
   State state_at(std::size_t k) const {
-    const double* x = sqp_->x().data() + k * static_cast<std::size_t>(sqp_->states());
-    return {x[0], x[1], x[2], x[3], x[4], x[5], x[6]};
+    return state_of(sqp_->x().data() + k * static_cast<std::size_t>(sqp_->states()));
   }
 
   mpc::Ocp ocp_;

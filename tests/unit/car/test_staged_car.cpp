@@ -199,14 +199,6 @@ TEST(StagedCar, StartMemoryIsWhatEachEffectSaysInTurn) {
   EXPECT_THAT(memory, ElementsAre(4, 6, 106, 4, 6, 106));
 }
 
-TEST(StagedCar, MoreThan256ParametersAreRefused) {
-  const Spelling<true> model;
-  const Letter effect(Stage::body, 1);
-  StagedCar car(model, {0});
-  EXPECT_NO_THROW(car.add(effect, std::vector<double>(255), "many"));
-  EXPECT_THROW(car.add(effect, {1}, "one more"), std::invalid_argument);
-}
-
 TEST(StagedCar, ReadingsPassThroughTheReadingEffectsOnly) {
   const Spelling<true> model;
   const Letter body(Stage::body, 9), scale(Stage::reading, 3), bias(Stage::reading, 4);

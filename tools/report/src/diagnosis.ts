@@ -237,12 +237,13 @@ function rolloutText(r: Rollout | undefined): string {
 export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
   const ranking = d.ranking ?? [];
   if (!ranking.length) return null;
-  const most = Math.max(...ranking.map((entry) => entry.gain ?? 0), 1e-9);
+  const real = ofRealCar(d);
+  const gain = (entry: { gain?: number | null; less_error?: number | null }) => (real ? entry.less_error : entry.gain) ?? null;
+  const most = Math.max(...ranking.map((entry) => gain(entry) ?? 0), 1e-9);
   const named = new Set((d.named ?? []).map((entry) => entry.effect));
   const bar = (share: number) => h("span", { class: "bar-cell" }, h("i", { style: `width:${(100 * Math.min(Math.max(share, 0), 1)).toFixed(1)}%` }));
-  const real = ofRealCar(d);
   const head = ["effect", real ? "squared error, fitted" : "evidence gained", "", "error with it", "predictions", real ? "surely helps" : "wins resampled"];
-  const gained = (gain: number | null) => (real ? `${fixed(gain === null ? gain : -100 * gain, 1)} %` : fixed(gain, 1));
+  const gained = (value: number | null) => (real ? `${fixed(value === null ? value : -100 * value, 1)} %` : fixed(value, 1));
   // A candidate that was not fitted has no error of its own.
   const tried = (entry: { held_out: number | null }) => entry.held_out !== null;
   return h(
@@ -260,8 +261,8 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
             "tr",
             { class: named.has(entry.effect) ? "chosen" : undefined },
             h("th", { scope: "row", class: "text effect" }, sentenceCase(wordsOf(words, entry.effect)?.words ?? ""), wordsOf(words, entry.effect) ? " " : "", h("code", {}, entry.effect)),
-            h("td", {}, gained(entry.gain)),
-            h("td", { class: "wide" }, bar((entry.gain ?? 0) / most)),
+            h("td", {}, gained(gain(entry))),
+            h("td", { class: "wide" }, bar((gain(entry) ?? 0) / most)),
             h("td", {}, tried(entry) ? `${fixed(entry.held_out, (entry.held_out ?? 1) < 0.1 ? 3 : 2)} σ` : "not tried"),
             h("td", {}, tried(entry) ? rolloutText(entry.rollout) : ""),
             h("td", {}, !real || tried(entry) ? percent(entry.selected_fraction) : ""),

@@ -122,7 +122,7 @@ export interface Diagnosis {
   nominal_fit?: Record<string, number | null> | null;
   /** `calibrated` and what follows: of a real car's logs, where calibrating closes a part and effects another. */
   gap?: { horizon_s: number | null; before: number | null; after: number | null; closure: number | null; closure_ci95?: Range; calibrated?: number | null; noise?: number | null; at_noise?: boolean; judged?: number | null; calibration?: Change; effects?: Change | null; sessions?: SessionChange[] | null };
-  ranking?: { effect: string; gain: number | null; held_out: number | null; selected_fraction: number | null; rollout?: Rollout }[];
+  ranking?: { effect: string; gain?: number | null; less_error?: number | null; held_out: number | null; selected_fraction: number | null; rollout?: Rollout }[];
   manoeuvre?: string | null;
 }
 

@@ -182,7 +182,7 @@ struct LargerCar {
   std::vector<Unknown> tested;
 };
 
-bool all_finite(const NormalEquations& blocks) {
+bool all_finite(const BlockedNormalEquations& blocks) {
   return std::ranges::all_of(blocks.hessian, [](const Eigen::MatrixXd& h) { return h.allFinite(); }) &&
          std::ranges::all_of(blocks.gradient, [](const Eigen::VectorXd& g) { return g.allFinite(); });
 }
@@ -206,7 +206,7 @@ Eigen::VectorXd best_move(const Eigen::MatrixXd& information, const Eigen::Vecto
 /// priors and without. A candidate that does what they do is none, however little their priors let them move.
 /// `prior` is the gradient of the priors, which balances that of the data where they were fitted; `room` is how far
 /// the tested ones may go: friction does not fall below 0, however much the errors would.
-EffectScore score_of(const NormalEquations& blocks, const Eigen::LDLT<Eigen::MatrixXd>& with_priors,
+EffectScore score_of(const BlockedNormalEquations& blocks, const Eigen::LDLT<Eigen::MatrixXd>& with_priors,
                      const Eigen::LDLT<Eigen::MatrixXd>& without_priors, const Eigen::VectorXd& prior, Index at,
                      std::span<const Interval> room) {
   const auto count = static_cast<Index>(room.size());
@@ -316,7 +316,7 @@ std::vector<EffectScore> score_candidates(const StagedCar& own, std::span<const 
                                           const Weighing& weighing) {
   std::vector<std::size_t> used(candidates.size());
   std::iota(used.begin(), used.end(), std::size_t{0});
-  const auto linearise = [&](std::span<const std::size_t> these, std::vector<FitLog>& of) -> NormalEquations {
+  const auto linearise = [&](std::span<const std::size_t> these, std::vector<FitLog>& of) -> BlockedNormalEquations {
     const LargerCar larger(own, candidates, these, params, forecast);
     PredictionErrors errors(larger.forecaster, of);
     errors.weighing = weighing;
@@ -324,7 +324,7 @@ std::vector<EffectScore> score_candidates(const StagedCar& own, std::span<const 
     unknowns.insert(unknowns.end(), larger.tested.begin(), larger.tested.end());
     return errors.linearise(larger.params, unknowns);
   };
-  NormalEquations blocks = linearise(used, logs);
+  BlockedNormalEquations blocks = linearise(used, logs);
   if (!all_finite(blocks)) {  // one effect that goes wrong must not end what is asked of the others
     std::vector<FitLog> few = thinned(logs, 10);
     std::erase_if(used, [&](const std::size_t one) { return !all_finite(linearise({&one, 1}, few)); });

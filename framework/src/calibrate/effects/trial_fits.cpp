@@ -7,7 +7,7 @@ namespace gripline::calibrate {
 namespace {
 
 /// How the other unknowns move, to first order, when an addition is taken out.
-Eigen::VectorXd move_without(const Trial& base, const NormalEquations& blocks, const Addition& less) {
+Eigen::VectorXd move_without(const Trial& base, const BlockedNormalEquations& blocks, const Addition& less) {
   using Index = Eigen::Index;
   const auto n = static_cast<Index>(base.unknowns.size());
   Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
@@ -97,7 +97,7 @@ std::unique_ptr<Trial> TrialFits::with(const Trial& base, const CandidateEffect&
   return trial;
 }
 
-std::unique_ptr<Trial> TrialFits::without(const Trial& base, const NormalEquations& blocks,
+std::unique_ptr<Trial> TrialFits::without(const Trial& base, const BlockedNormalEquations& blocks,
                                           const Addition& less) const {
   auto trial = std::make_unique<Trial>(less.opened ? base.spec : without_effect(base.spec, less.name), forecast_);
   take_over(*trial, base);

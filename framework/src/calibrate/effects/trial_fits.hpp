@@ -27,7 +27,7 @@ class TrialFits {
   std::unique_ptr<Trial> with(const Trial& base, const CandidateEffect& effect, const EffectScore& score) const;
   /// One addition less, and everything else fitted again, from where `blocks`, of all the unknowns, say that it will
   /// lie.
-  std::unique_ptr<Trial> without(const Trial& base, const NormalEquations& blocks, const Addition& less) const;
+  std::unique_ptr<Trial> without(const Trial& base, const BlockedNormalEquations& blocks, const Addition& less) const;
 
  private:
   const ForecastOptions& forecast_;

@@ -256,7 +256,7 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
     full.iterations = round == 0 ? options.iterations / 3 : 2 * options.iterations / 3;
     result.params = least_squares(errors, free_unknowns, result.params, full, result.cost_after);
     if (round == 0) continue;  // scales were those of the search
-    const NormalEquations blocks = errors.linearise(result.params, free_unknowns);
+    const BlockedNormalEquations blocks = errors.linearise(result.params, free_unknowns);
     result.dropped = blocks.dropped;
     boot = bootstrap(blocks, result.params, free_unknowns, options.seed);
     if (round > 1) continue;

@@ -20,7 +20,7 @@ struct Sum {
   Eigen::VectorXd gradient;
 };
 
-Sum sum_of(const NormalEquations& blocks, std::size_t n, std::span<const int> weight = {}) {
+Sum sum_of(const BlockedNormalEquations& blocks, std::size_t n, std::span<const int> weight = {}) {
   Sum all{Eigen::MatrixXd::Zero(static_cast<Index>(n), static_cast<Index>(n)),
           Eigen::VectorXd::Zero(static_cast<Index>(n))};
   for (std::size_t b = 0; b < blocks.hessian.size(); ++b) {
@@ -91,7 +91,7 @@ std::vector<Eigen::VectorXd> normal_moves(const Eigen::MatrixXd& hessian, std::s
 /// usual size, over all unknowns together, at least 1: predictions that overlap err alike, and what the model lacks
 /// errs alike for seconds. The mean of tr(H^-1 V) over the unknowns, V the blocks' covariance (quasi-likelihood with a
 /// dispersion: Wedderburn, Biometrika 61, 1974).
-double dispersion(const NormalEquations& blocks, const Eigen::MatrixXd& hessian) {
+double dispersion(const BlockedNormalEquations& blocks, const Eigen::MatrixXd& hessian) {
   const auto count = static_cast<double>(blocks.gradient.size());
   if (blocks.gradient.size() < 2) return 1.0;
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(hessian.rows());
@@ -184,8 +184,8 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
   return params;
 }
 
-Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> params, std::span<const Unknown> unknowns,
-                    unsigned seed) {
+Bootstrap bootstrap(const BlockedNormalEquations& blocks, std::span<const double> params,
+                    std::span<const Unknown> unknowns, unsigned seed) {
   constexpr std::size_t draws = 400;
   const std::size_t n = unknowns.size(), count = blocks.hessian.size();
   Bootstrap out;

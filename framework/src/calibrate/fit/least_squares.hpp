@@ -48,7 +48,7 @@ struct Bootstrap {
   std::vector<std::vector<double>> params;       // by draw, for whatever follows from them
   std::vector<Eigen::VectorXd> posterior_moves;  // drawn by prior and curvature (Laplace's approximation)
 };
-Bootstrap bootstrap(const NormalEquations& blocks, std::span<const double> params, std::span<const Unknown> unknowns,
-                    unsigned seed = 1);
+Bootstrap bootstrap(const BlockedNormalEquations& blocks, std::span<const double> params,
+                    std::span<const Unknown> unknowns, unsigned seed = 1);
 
 }  // namespace gripline::calibrate

@@ -144,7 +144,7 @@ PredictionErrors::Predicted PredictionErrors::predict_with_slopes(const FitLog& 
 
 /// Adds a log's blocks, each `length` [s] long.
 void PredictionErrors::add_blocks(const FitLog& log, const Predicted& predicted, std::span<const Unknown> unknowns,
-                                  double length, NormalEquations& to) const {
+                                  double length, BlockedNormalEquations& to) const {
   const auto n = static_cast<Eigen::Index>(unknowns.size());
   const std::size_t per_start = log.starts.horizons.size() * channels;
   std::map<long, std::size_t> block_at;
@@ -176,14 +176,14 @@ void PredictionErrors::add_blocks(const FitLog& log, const Predicted& predicted,
   }
 }
 
-NormalEquations PredictionErrors::linearise(std::span<const double> params, std::span<const Unknown> unknowns,
-                                            std::vector<ObserverSteps> steps) const {
+BlockedNormalEquations PredictionErrors::linearise(std::span<const double> params, std::span<const Unknown> unknowns,
+                                                   std::vector<ObserverSteps> steps) const {
   constexpr double enough_blocks = 20.0;
   steps.resize(logs_.size());
   double seconds = 0.0;
   for (const FitLog& log : logs_) seconds += log.session->t.back() - log.session->t.front();
   const double length = std::clamp(seconds / enough_blocks, shortest_block, block_length);
-  NormalEquations out;
+  BlockedNormalEquations out;
   for (std::size_t l = 0; l < logs_.size(); ++l)
     add_blocks(logs_[l], predict_with_slopes(logs_[l], params, unknowns, steps[l]), unknowns, length, out);
   for (Eigen::MatrixXd& h : out.hessian) h = Eigen::MatrixXd(h.selfadjointView<Eigen::Lower>());

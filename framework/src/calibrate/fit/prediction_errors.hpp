@@ -49,8 +49,9 @@ struct Weighing {
 };
 
 /// Normal equations by blocks of time, for bootstrap: every block is a stretch of one session, of `block_length` or, in
-/// short logs, of a twentieth of them all, but of at least `shortest_block`.
-struct NormalEquations {
+/// short logs, of a twentieth of them all, but of at least `shortest_block`. Both are of half the cost, which rises
+/// along the gradient: summed, cost(move) ~ cost + 2 gradient' move + move' hessian move.
+struct BlockedNormalEquations {
   std::vector<Eigen::MatrixXd> hessian;
   std::vector<Eigen::VectorXd> gradient;
   double cost = 0;
@@ -71,8 +72,8 @@ class PredictionErrors {
   double cost(std::span<const double> params, std::vector<ObserverSteps>* steps = nullptr) const;
   /// Derivatives by the unknowns' own moves (logarithms where they move so). `steps` are those that cost() found at
   /// these very parameters, by log, or none; those of others give other predictions.
-  NormalEquations linearise(std::span<const double> params, std::span<const Unknown> unknowns,
-                            std::vector<ObserverSteps> steps = {}) const;
+  BlockedNormalEquations linearise(std::span<const double> params, std::span<const Unknown> unknowns,
+                                   std::vector<ObserverSteps> steps = {}) const;
   /// Scales from the errors of these parameters: root mean squares without the worst 3 %, x and y alike.
   void set_scales(std::span<const double> params);
 
@@ -90,7 +91,7 @@ class PredictionErrors {
   Predicted predict_with_slopes(const FitLog& log, std::span<const double> params, std::span<const Unknown> unknowns,
                                 ObserverSteps& steps) const;
   void add_blocks(const FitLog& log, const Predicted& predicted, std::span<const Unknown> unknowns, double length,
-                  NormalEquations& to) const;
+                  BlockedNormalEquations& to) const;
   double loss(double z, double weight, double* slope_weight) const;
   double weight_of(const FitLog& log, std::size_t k) const;
 

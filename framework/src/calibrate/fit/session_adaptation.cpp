@@ -57,7 +57,7 @@ class Adaptation {
     if (!has_driven_) take(crawled_, time);
     const FitLog& past = past_.front();
     if (!past.starts.time.empty()) {
-      const NormalEquations found = errors_.linearise(now_, moving_);
+      const BlockedNormalEquations found = errors_.linearise(now_, moving_);
       const Eigen::VectorXd at = offset();
       for (std::size_t b = 0; b < found.hessian.size(); ++b) {
         information_ += found.hessian[b];

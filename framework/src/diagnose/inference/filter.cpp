@@ -13,56 +13,18 @@
 //
 // is read as a function of the state at k. Unknown accelerations reach readings after a sample at the earliest, so that
 // the white part is independent of what they do within the step.
-//
-// Smoothing follows Bryson and Frazier: the adjoint of the filter, without inverses.
 #include "diagnose/inference/filter.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/inference/adjoint_smoother.hpp"
+#include "diagnose/inference/normal_accumulator.hpp"
 #include "diagnose/thresholds.hpp"
 
 namespace gripline::diagnose {
 namespace {
-
-/// Collects weighted rows of the parameter Jacobian and adds J J' to the normal matrix in blocks of rows.
-class NormalAccumulator {
- public:
-  explicit NormalAccumulator(std::size_t params) : p_(params), rows_(static_cast<Eigen::Index>(params), capacity) {
-    N_ = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(p_), static_cast<Eigen::Index>(p_));
-    g_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(p_));
-  }
-  void add(const double* J, double e, double inverse_S) {
-    const double root = std::sqrt(inverse_S);
-    double* const row = rows_.data() + static_cast<std::size_t>(used_) * p_;
-    for (std::size_t i = 0; i < p_; ++i) row[i] = J[i] * root;
-    const double scaled = e * root;
-    for (std::size_t i = 0; i < p_; ++i) g_[static_cast<Eigen::Index>(i)] += row[i] * scaled;
-    if (++used_ == capacity) flush();
-  }
-  void flush() {
-    if (used_ > 0) N_.selfadjointView<Eigen::Lower>().rankUpdate(rows_.leftCols(used_));
-    used_ = 0;
-  }
-  const Eigen::MatrixXd& N() const { return N_; }
-  const Eigen::VectorXd& g() const { return g_; }
-
- private:
-  static constexpr Eigen::Index capacity = 256;
-  std::size_t p_;
-  Eigen::MatrixXd rows_;
-  Eigen::MatrixXd N_;
-  Eigen::VectorXd g_;
-  Eigen::Index used_ = 0;
-};
-
-/// One update, kept for the adjoint.
-struct Update {
-  std::size_t k, channel;
-  double e, S;
-  bool whole_row;  // its row is among the kept ones, else that of H
-};
 
 /// A scalar of the filter with its derivatives by the three process variances.
 using WithGradient = Eigen::Array4d;
@@ -90,6 +52,7 @@ class Pass {
         options_(options),
         params_(options.regressors != nullptr ? options.regressors->size() : 0),
         normal_(params_),
+        smoother_(model),
         coloured_(std::ranges::any_of(noise.colour, [](double rho) { return rho != 0.0; })) {
     for (std::size_t p = 0; p < params_; ++p) {
       const Regressor& r = *(*options.regressors)[p];
@@ -110,7 +73,7 @@ class Pass {
       if (k + 1 < lm_.n) predict(k);
     }
     finish();
-    if (options_.smooth) smooth();
+    if (options_.smooth) out_.smoothed = smoother_.smooth();
     return std::move(out_);
   }
 
@@ -126,11 +89,7 @@ class Pass {
     inputs_.assign(N * params_, 0.0);
     J_.assign(params_, 0.0);
     if (options_.predict) out_.predicted.assign(lm_.n * N, 0.0);
-    if (options_.smooth) {
-      kept_P_.resize(lm_.n * N * N);
-      kept_z_.resize(lm_.n * N);
-      updates_.reserve(lm_.n * channels);
-    }
+    if (options_.smooth) smoother_.reserve();
   }
 
   /// A diffuse start: nothing before it counts, in the regressors neither.
@@ -156,8 +115,9 @@ class Pass {
   }
 
   void keep(std::size_t k) {
-    for (std::size_t i = 0; i < N * N; ++i) kept_P_[k * N * N + i] = value(P_[i]);
-    for (std::size_t i = 0; i < N; ++i) kept_z_[k * N + i] = value(z_[i]);
+    double *const P = smoother_.covariance(k), *const z = smoother_.state(k);
+    for (std::size_t i = 0; i < N * N; ++i) P[i] = value(P_[i]);
+    for (std::size_t i = 0; i < N; ++i) z[i] = value(z_[i]);
   }
 
   /// The state at k + 1 by all readings up to k. Differenced readings of k + 1 have not been read yet.
@@ -315,9 +275,7 @@ class Pass {
     }
     for (std::size_t i = 0; i < N; ++i)
       for (std::size_t j = 0; j < N; ++j) P_[i * N + j] -= K[i] * half[j] + K[j] * half[i];
-    if (options_.smooth) updates_.push_back({k, c, error, value(S), kind == Row::whole});
-    if (options_.smooth && kind == Row::whole) rows_.insert(rows_.end(), h, h + N);
-    if (options_.smooth) gains_.insert(gains_.end(), K.begin(), K.end());
+    if (options_.smooth) smoother_.add(k, c, error, value(S), K, kind == Row::whole ? h : nullptr);
   }
 
   template <Row kind>
@@ -448,54 +406,17 @@ class Pass {
     out_.g.assign(normal_.g().data(), normal_.g().data() + normal_.g().size());
   }
 
-  /// x_s = x_f + P_f lambda with lambda running backwards through updates and predictions.
-  void smooth() {
-    out_.smoothed.resize(lm_.n * N);
-    std::array<double, N> lambda{};
-    std::size_t u = updates_.size(), whole = rows_.size();
-    for (std::size_t k = lm_.n; k-- > 0;) {
-      while (u > 0 && updates_[u - 1].k == k) {
-        --u;
-        const Update& one = updates_[u];
-        const double* const K = gains_.data() + u * N;
-        double along = 0.0;
-        for (std::size_t i = 0; i < N; ++i) along += K[i] * lambda[i];
-        const double push = one.e / one.S - along;
-        if (one.whole_row) {
-          whole -= N;
-          for (std::size_t j = 0; j < N; ++j) lambda[j] += rows_[whole + j] * push;
-        } else if (lm_.H.empty()) {
-          lambda[one.channel] += push;
-        } else {
-          const double* const h = lm_.H.data() + (k * channels + one.channel) * channels;
-          for (std::size_t j = 0; j < channels; ++j) lambda[j] += h[j] * push;
-        }
-      }
-      for (std::size_t i = 0; i < N; ++i) {
-        double sum = kept_z_[k * N + i];
-        for (std::size_t j = 0; j < N; ++j) sum += kept_P_[(k * N + i) * N + j] * lambda[j];
-        out_.smoothed[k * N + i] = sum;
-      }
-      if (k == 0) break;
-      const double* const F = lm_.F.data() + (k - 1) * N * N;
-      std::array<double, N> back{};
-      for (std::size_t i = 0; i < N; ++i)
-        for (std::size_t j = 0; j < N; ++j) back[j] += F[i * N + j] * lambda[i];
-      lambda = back;
-    }
-  }
-
   const LinearModel& lm_;
   const Noise& noise_;
   const FilterOptions& options_;
   std::size_t params_;
   NormalAccumulator normal_;
+  AdjointSmoother<N> smoother_;
   bool coloured_;  // the noise of some reading
   Likelihood out_;
   Matrix P_;
   Vector z_;
-  std::vector<double> dtheta_, next_, J_, inputs_, beside_, kept_P_, kept_z_, gains_, rows_;
-  std::vector<Update> updates_;
+  std::vector<double> dtheta_, next_, J_, inputs_, beside_;
   std::vector<std::size_t> in_rates_, in_readings_;  // parameters with such regressors
   double cost_before_ = 0;
 };

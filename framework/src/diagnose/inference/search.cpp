@@ -5,6 +5,7 @@
 
 #include "diagnose/inference/newton_step.hpp"
 #include "diagnose/inference/noise_estimate.hpp"
+#include "diagnose/inference/noise_remeasurement.hpp"
 #include "diagnose/inference/reference.hpp"
 
 namespace gripline::diagnose {
@@ -55,11 +56,8 @@ class Searcher {
   void backward_and_exchange();
   void penalise_by_independent_readings();
   void grow();
-  bool hold_commands_anew();
-  bool may_leave_out_commands();
-  std::vector<const Fit*> smaller_than_best();
-  MeasuredNoise measure_from_both_sides(const Fit& fitted, NoiseEstimateOptions unknowns) const;
-  bool measure_noise_anew();
+  /// Goes on from a new null model, if there is one, beside which the pool is empty.
+  bool go_on_from(const Fit* null_model);
   void refine_along_own_reference();
   void prune();
   bool forward_once();
@@ -269,107 +267,9 @@ void Searcher::grow() {
   penalise_by_independent_readings();
 }
 
-/// The best model without any and without each of its effects, where those are not far from it or could come near it by
-/// bent commands: effects imitate what commands do between samples, and where that explains a log as well, it does.
-std::vector<const Fit*> Searcher::smaller_than_best() {
-  std::vector<const Fit*> all;
-  if (best_ == null_model_) return all;
-  all.push_back(null_model_);
-  for (const std::size_t member : best_->model.members)
-    if (best_->model.members.size() > 1)
-      all.push_back(&pool_.fit_once(catalogue().without(best_->model, member), best_->noise));
-  const double least = best_->evidence - 2.0 * thresholds::rival_range;
-  std::erase_if(all, [&](const Fit* less) {
-    return less->evidence < least && less->evidence + gain_of_bends(pool_.problem(), *less) < least;
-  });
-  return all;
-}
-
-/// Whether commands are held from row to row or linear between them: a half of a sample lies between the two, which
-/// otherwise is an effect's. The other is taken where the log is as likely in it with fewer effects, or surely
-/// likelier with the same. What was found before is then forgotten.
-bool Searcher::hold_commands_anew() {
-  const Fit* const found = best_;
-  Problem other = pool_.problem();  // parameters cost the same in it, so that evidences compare
-  other.hold_commands(!other.commands_held);
-  std::vector<const Fit*> asked{null_model_};
-  if (found != null_model_) asked.push_back(found);
-  for (const std::size_t member : found->model.members)
-    if (found->model.members.size() > 1)
-      asked.push_back(&pool_.fit_once(catalogue().without(found->model, member), found->noise));
-  Fit best;
-  best.evidence = -infinity;
-  for (const Fit* one : asked) {
-    const double enough = one == found ? found->evidence + thresholds::noise_gain : found->evidence;
-    Fit there = fit(other, one->model, one->noise, thresholds::rough_iterations, {thresholds::rough_tolerance, enough});
-    if (there.evidence > enough - unfinished_margin(enough, null_model_->evidence))
-      there = continue_fit(other, there, thresholds::finish_iterations, {thresholds::rough_tolerance});
-    if (there.evidence > std::max(enough, best.evidence)) best = std::move(there);
-  }
-  if (best.evidence == -infinity) return false;
-  const ModelSpec nothing = null_model_->model;
-  pool_.restart(road_, best, other.commands_held);
-  null_model_ = &pool_.fit_once(nothing, best.noise);
-  return true;
-}
-
-/// Whether a log may have left out what commands did between samples: whether any of these models asks for it.
-bool Searcher::may_leave_out_commands() {
-  const Problem& problem = pool_.problem();
-  // What was assumed before effects were found is asked again: a missing effect can look like bent commands.
-  if (problem.command != UnknownCommands{} || problem.bend != Commands{}) return true;
-  // Unknown accelerations, however small, can be what was left out: the score would then be that of more noise still.
-  for (std::size_t i = 0; i < noise_states; ++i)
-    if (best_->noise.process[i] > thresholds::may_be_left_out * least_variance(problem, i)) return true;
-  const auto asks = [&](const Fit* one) {
-    return unknown_commands_statistic(problem, *one) > thresholds::asks_for_commands;
-  };
-  return asks(best_) || std::ranges::any_of(smaller_than_best(), asks);
-}
-
-/// The noise measured with a model from what is assumed and, where that may be an offset taken for noise, from white
-/// sensors: the likelihood can have a maximum on either side.
-MeasuredNoise Searcher::measure_from_both_sides(const Fit& fitted, NoiseEstimateOptions unknowns) const {
-  const Problem& problem = pool_.problem();
-  MeasuredNoise noise = measure_noise(problem, fitted, unknowns);
-  const auto may_be_offset = [](double colour) { return colour > thresholds::offset_colour; };
-  if (std::ranges::none_of(problem.colour, may_be_offset)) return noise;
-  unknowns.begin_white = true;
-  const MeasuredNoise white = measure_noise(problem, fitted, unknowns);
-  const double simpler = is_simpler(problem, white) && !is_simpler(problem, noise) ? thresholds::noise_gain : 0.0;
-  return white.gain + simpler > noise.gain ? white : noise;
-}
-
-/// Measures the noise with the best model where it is not what was assumed: coloured, unknown accelerations with
-/// another correlation time, or commands that the log leaves out. What was found under other noise is then forgotten.
-bool Searcher::measure_noise_anew() {
-  const Problem& problem = pool_.problem();
-  NoiseEstimateOptions unknowns;
-  unknowns.sensors =
-      problem.colour != Channels{} || colour_statistic(problem, *best_) > thresholds::coloured_innovations;
-  unknowns.correlation_time = has_strong_process_noise(problem, best_->noise);
-  unknowns.commands = may_leave_out_commands();
-  if (!unknowns.sensors && !unknowns.correlation_time && !unknowns.commands) return false;
-  MeasuredNoise noise = measure_from_both_sides(*best_, unknowns);
-  if (unknowns.sensors && unknowns.commands) {
-    NoiseEstimateOptions fewer = unknowns;
-    fewer.commands = false;
-    noise = higher_peak(noise, measure_noise(problem, *best_, fewer));
-  }
-  const Fit* by = best_;
-  if (unknowns.commands)
-    for (const Fit* less : smaller_than_best()) {
-      const MeasuredNoise alone = measure_from_both_sides(*less, unknowns);
-      if (less->evidence + alone.gain > by->evidence + noise.gain) noise = alone, by = less;
-    }
-  // What was assumed must be worth assuming still: where the log is about as likely without it, it was an effect.
-  const double enough = is_simpler(problem, noise) ? -thresholds::noise_gain : thresholds::noise_gain;
-  if (noise.gain < enough) return false;
-  if (noise.gain < thresholds::noise_gain_before && !differs_from_assumed(problem, noise)) return false;
-  const ModelSpec nothing = null_model_->model;
-  pool_.restart(road_, *by, noise);
-  null_model_ = &pool_.fit_once(nothing, noise.noise);
-  return true;
+bool Searcher::go_on_from(const Fit* null_model) {
+  if (null_model != nullptr) null_model_ = null_model;
+  return null_model != nullptr;
 }
 
 SearchResult Searcher::run() {
@@ -378,12 +278,13 @@ SearchResult Searcher::run() {
   };
   report(1);
   grow();
-  if (hold_commands_anew()) grow();
+  if (go_on_from(hold_commands_anew(pool_, road_, *null_model_, *best_))) grow();
   report(2);
-  if (measure_noise_anew()) {
+  const auto measured_anew = [&] { return go_on_from(measure_noise_anew(pool_, road_, *null_model_, *best_)); };
+  if (measured_anew()) {
     grow();
     // Bends are asked for beside unknown commands only: where those are new, with what was found in them.
-    if (pool_.problem().command != UnknownCommands{} && measure_noise_anew()) grow();
+    if (pool_.problem().command != UnknownCommands{} && measured_anew()) grow();
   }
   report(3);
   if (best_ != null_model_) refine_along_own_reference();

@@ -51,10 +51,10 @@ double determined(const Selection& selection, const Addition& addition, const ca
 
 /// Takes out what the fitted time does not determine beside the others, the least determined first. Gives the normal
 /// equations of what is left, nothing where that is the calibrated world.
-calibrate::NormalEquations keep_determined(const EffectSearch& search, Selection& selection) {
+calibrate::BlockedNormalEquations keep_determined(const EffectSearch& search, Selection& selection) {
   while (!selection.added.empty()) {
     const Trial& found = *selection.trial;
-    calibrate::NormalEquations blocks = search.fits.errors(found).linearise(found.params, found.unknowns);
+    calibrate::BlockedNormalEquations blocks = search.fits.errors(found).linearise(found.params, found.unknowns);
     const calibrate::Bootstrap boot =
         calibrate::bootstrap(blocks, found.params, found.unknowns, search.options.fit.seed);
     const auto how = [&](const Addition& addition) { return determined(selection, addition, boot); };
@@ -77,7 +77,7 @@ calibrate::NormalEquations keep_determined(const EffectSearch& search, Selection
 /// Asks what predictions are without one of the effects, beside all others (`now` are the errors with it) and beside
 /// all that were there at `first`.
 Ablation evaluate_without(const EffectSearch& search, const Selection& selection, std::size_t index,
-                          const calibrate::NormalEquations& blocks, const UnfittedErrors& now,
+                          const calibrate::BlockedNormalEquations& blocks, const UnfittedErrors& now,
                           const UnfittedErrors& first) {
   Ablation out;
   out.rest = search.fits.without(*selection.trial, blocks, selection.added[index]);
@@ -96,7 +96,7 @@ Ablation evaluate_without(const EffectSearch& search, const Selection& selection
 /// Evaluates the world without each of the effects, the least significant of an earlier time first. If that one is
 /// still not needed, the others are not evaluated: it goes.
 std::vector<Ablation> evaluate_each(const EffectSearch& search, Selection& selection,
-                                    const calibrate::NormalEquations& blocks, const UnfittedErrors& first,
+                                    const calibrate::BlockedNormalEquations& blocks, const UnfittedErrors& first,
                                     std::map<std::string, double>& significance) {
   std::vector<Addition>& added = selection.added;
   const UnfittedErrors now = search.unfitted_errors(*selection.trial);
@@ -125,7 +125,7 @@ std::vector<MissingEffect> eliminate_backward(const EffectSearch& search, Select
   const UnfittedErrors first = search.unfitted_errors(*selection.trial);
   std::map<std::string, double> significance;  // of effects that were evaluated
   for (;;) {
-    const calibrate::NormalEquations blocks = keep_determined(search, selection);
+    const calibrate::BlockedNormalEquations blocks = keep_determined(search, selection);
     if (selection.added.empty()) return {};
     std::vector<Ablation> ablations = evaluate_each(search, selection, blocks, first, significance);
     const auto worst = std::ranges::min_element(

@@ -55,7 +55,7 @@ Round score_round(const EffectSearch& search, const Trial& base, std::vector<Can
 }
 
 /// Fits the candidate of a score, unless it stays behind the best so far, and keeps it if it is the best. Its row is
-/// filled if it was validated: beside the calibrated world also where its fit was given up, whose gain and change are
+/// filled if it was validated: beside the calibrated world also where its fit was given up, whose decrease and change are
 /// then of less than it can do; such a fit is never kept.
 void try_candidate(const EffectSearch& search, const Selection& selection, Round& round, std::size_t index) {
   const Trial& base = *selection.trial;

@@ -47,7 +47,7 @@ struct ScoredEffect {
   std::string effect;  // the name of its Addition
   /// Relative decrease of squared errors on the fitted time, to first order or, where tried, fitted: as far as the fit
   /// went, which is given up where it stays behind another's.
-  double gain = 0;
+  double less_error = 0;
   bool tried = false;  // then `error` and `change` are of validation time
   double error = 0;
   calibrate::ForecastChange change;  // against `validation` below
@@ -70,7 +70,7 @@ struct MissingOptions {
 
 struct MissingEffects {
   std::vector<MissingEffect> named;   // values by the search; `parameters` and `world` are fitted to all of the time
-  std::vector<ScoredEffect> ranking;  // largest gain first, those that harm last
+  std::vector<ScoredEffect> ranking;  // largest decrease first, those that harm last
   /// Of predictions 1 s ahead of time not fitted, as `predict` makes them: rows `given`, `calibrated`, `found`.
   std::vector<calibrate::HorizonRow> rows;
   /// Errors of the model alone, without disturbances that the observer learns, in usual errors of the calibrated world

@@ -53,8 +53,11 @@ Diagnosis real_diagnosis(const MissingEffects& found, std::span<const ChannelDel
   for (const ChannelDelay& one : delays) d.delays.push_back(named_delay(one));
   for (const MissingEffect& one : found.named) d.named.push_back(named_effect(one));
   for (const ScoredEffect& one : found.ranking)
-    d.ranking.push_back({one.effect, one.gain, one.tried ? one.error : NAN, one.tried ? one.change.certainty : 0.0,
-                         error_change(one.change)});
+    d.ranking.push_back({.effect = one.effect,
+                         .less_error = one.less_error,
+                         .held_out = one.tried ? one.error : NAN,
+                         .selected_fraction = one.tried ? one.change.certainty : 0.0,
+                         .rollout = error_change(one.change)});
   const std::string model = "/plant/params/";
   for (const calibrate::FittedParameter& p : found.parameters)
     if (p.unknown.pointer.starts_with(model))

@@ -51,9 +51,9 @@ std::string tried_table(const MissingEffects& found) {
   std::string table = "\nalone               squared error, fitted   predictions of the same logs' time not fitted\n";
   std::vector<ScoredEffect> tried;
   std::ranges::copy_if(found.ranking, std::back_inserter(tried), &ScoredEffect::tried);
-  std::ranges::stable_sort(tried, std::greater<>(), &ScoredEffect::gain);
+  std::ranges::stable_sort(tried, std::greater<>(), &ScoredEffect::less_error);
   for (const ScoredEffect& r : tried)
-    table += padded(r.effect, 18) + format(" %+18.1f %%", -100.0 * r.gain) +
+    table += padded(r.effect, 18) + format(" %+18.1f %%", -100.0 * r.less_error) +
              percents("   %+7.1f %% (%+.1f to %+.1f): ", r.change) + std::string(error_change(r.change).in_words()) +
              '\n';
   return table;

@@ -33,11 +33,14 @@ struct NamedEffect {
 /// A candidate by itself.
 struct RankedEffect {
   std::string effect;
-  double gain = 0;  // log evidence over the null model: fitted, or predicted where it was not
+  // Log evidence over the null model, fitted or, where it was not, predicted. Logs of real cars have none:
+  std::optional<double> gain = {};
+  // there it is the relative decrease of squared errors (ScoredEffect).
+  std::optional<double> less_error = {};
   // Error of 1 s predictions on hold-out data, in sensor standard deviations; NaN where it was not fitted.
   double held_out = not_a_number;
   double selected_fraction = 0;  // of resampled logs whose best model has it
-  ErrorChange rollout;           // of 1 s predictions of hold-out data, by it alone
+  ErrorChange rollout = {};      // of 1 s predictions of hold-out data, by it alone
 };
 
 /// The smallest size of an effect that would have been detected in this log.

@@ -107,7 +107,8 @@ Node ranking_node(const Diagnosis& d) {
   for (const RankedEffect& r : d.ranking) {
     Node one = Node::empty_object();
     one.set("effect", Node(r.effect));
-    one.set("gain", number_or_null(r.gain));
+    if (r.gain) one.set("gain", number_or_null(*r.gain));
+    if (r.less_error) one.set("less_error", number_or_null(*r.less_error));
     one.set("held_out", number_or_null(r.held_out));
     one.set("selected_fraction", number_or_null(r.selected_fraction));
     one.set("rollout", rollout_node(r.rollout));

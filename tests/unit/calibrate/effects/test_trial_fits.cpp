@@ -43,7 +43,7 @@ TEST(TrialFits, AnEffectIsFittedAndTakenOutAgain) {
   EXPECT_NEAR(more->params[more->find(pointer_of("steer_offset", "d0"))->index], 0.03, 0.003);
   EXPECT_FALSE(fits.refit_near(*more, 0.1 * more->cost)) << "a rival that is out of reach";
 
-  const NormalEquations blocks = fits.errors(*more).linearise(more->params, more->unknowns);
+  const BlockedNormalEquations blocks = fits.errors(*more).linearise(more->params, more->unknowns);
   const auto less = fits.without(*more, blocks, added_effect("steer_offset"));
   EXPECT_TRUE(less->spec.vehicle.effects.empty());
   EXPECT_NEAR(less->cost, base.cost, 0.01 * base.cost);
@@ -81,7 +81,7 @@ TEST(TrialFits, AListedParameterIsOpenedAndClosedAgain) {
   EXPECT_NEAR(more->params[more->find(pointer)->index], -2.0, 0.3);
   EXPECT_EQ(more->unknowns.size(), 2u);
 
-  const NormalEquations blocks = fits.errors(*more).linearise(more->params, more->unknowns);
+  const BlockedNormalEquations blocks = fits.errors(*more).linearise(more->params, more->unknowns);
   const auto less = fits.without(*more, blocks, addition_of(candidates[score->candidate], base));
   EXPECT_EQ(less->spec.vehicle.effects.size(), 1u);
   EXPECT_EQ(less->unknowns.size(), 1u);

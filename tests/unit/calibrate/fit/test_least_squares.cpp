@@ -27,7 +27,7 @@ struct Blocks {
     return bootstrap(blocks, std::vector<double>{estimate}, std::vector<Unknown>{unknown}).interval.front();
   }
   double estimate = 0.0;
-  NormalEquations blocks;
+  BlockedNormalEquations blocks;
   Unknown unknown;
 };
 

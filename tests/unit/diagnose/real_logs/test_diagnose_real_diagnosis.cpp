@@ -92,6 +92,8 @@ TEST(RealDiagnosis, RanksWhatWasNotTriedWithoutAnErrorOfItsOwn) {
   EXPECT_EQ(d.ranking[0].selected_fraction, 0.99);
   EXPECT_TRUE(std::isnan(d.ranking[1].held_out));
   EXPECT_EQ(d.ranking[1].selected_fraction, 0.0);
+  EXPECT_EQ(d.ranking[0].less_error, 0.4);
+  EXPECT_FALSE(d.ranking[0].gain.has_value());
 }
 
 TEST(RealDiagnosis, ListsTheModelsOwnParametersAndNoOthers) {

@@ -22,5 +22,17 @@ TEST(DiagnoseDiagnosisFiles, AParameterAtAnEndOfItsRangeSaysWhich) {
   EXPECT_EQ(named[1].find("at_end"), nullptr);
 }
 
+/// Evidence and a decrease of errors are not one number: each has its key, and only one is there.
+TEST(DiagnoseDiagnosisFiles, EvidenceAndADecreaseOfErrorsHaveKeysOfTheirOwn) {
+  Diagnosis d;
+  d.ranking = {{.effect = "steer_lag", .gain = 812.4}, {.effect = "aero_drag", .less_error = 0.25}};
+  const Node::Array ranking = diagnosis_json(d).find("ranking")->array();
+  ASSERT_EQ(ranking.size(), 2u);
+  EXPECT_EQ(ranking[0].find("gain")->number(), 812.4);
+  EXPECT_EQ(ranking[0].find("less_error"), nullptr);
+  EXPECT_EQ(ranking[1].find("less_error")->number(), 0.25);
+  EXPECT_EQ(ranking[1].find("gain"), nullptr);
+}
+
 }  // namespace test_diagnose_diagnosis_files
 }  // namespace gripline::diagnose

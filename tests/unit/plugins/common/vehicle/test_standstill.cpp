@@ -37,8 +37,8 @@ TEST(Standstill, BrakesHoldAgainstASlopeUpToTheirStrength) {
   EXPECT_NEAR(force(0, -1, 0.1), pull, 1e-14);
   EXPECT_NEAR(force(0, -1, -0.1), -pull, 1e-14);
   EXPECT_EQ(force(0, -0.1, 0.1), 1.0);  // too weak: the car rolls back against 1 N
-  EXPECT_NEAR(force(0.01, -1, 0.1), pull * (1 - 0.01 / slow) - 2.0 * hold * 0.01, 1e-14);
-  EXPECT_EQ(force(slow, -1e-3, 0.1), -0.01);  // uphill at a walk weak brakes brake, they do not push
+  EXPECT_NEAR(force(0.01, -1, 0.1), pull * (1 - 0.01 / weak_brake_speed) - 2.0 * largest_hold_rate * 0.01, 1e-14);
+  EXPECT_EQ(force(weak_brake_speed, -1e-3, 0.1), -0.01);  // uphill at a walk weak brakes brake, they do not push
 }
 
 TEST(Standstill, ForcesAreContinuousInSpeedAndBrake) {
@@ -55,7 +55,7 @@ TEST(Standstill, ResistanceTurnsRoundWithTheMotion) {
   EXPECT_EQ(resistance(car(3, 0)), 0.5 + 0.9);
   EXPECT_EQ(resistance(car(-3, 0)), -1.4);
   EXPECT_EQ(resistance(car(0, 0)), 0.0);
-  EXPECT_NEAR(resistance(car(-0.5 * crawl, 0)), -0.25, 1e-4);
+  EXPECT_NEAR(resistance(car(-0.5 * crawl_speed, 0)), -0.25, 1e-4);
 }
 
 TEST(Standstill, AMotorThatBrakesNeverDrives) {
@@ -107,14 +107,14 @@ TEST(Standstill, DerivativesAtRestAreFiniteAndThoseOfTheFormulas) {
     Quantities<Dual8> q = car<Dual8>(vx, -0.5);
     q.vx.d[0] = 1, q.vy.d[1] = 1, q.omega.d[2] = 1, q.delta.d[3] = 1, q.d.d[4] = 1;
     fill_slips(q);
-    EXPECT_NEAR(q.slip_front.d[1], -1 / crawl, 1e-9);
-    EXPECT_NEAR(q.slip_front.d[2], -0.4 / crawl, 1e-9);
-    EXPECT_NEAR(q.slip_front.d[3], vx / crawl, 1e-9);
-    EXPECT_NEAR(q.slip_rear.d[2], 0.6 / crawl, 1e-9);
-    EXPECT_NEAR(drive_force(q, Dual8(2.0), 0.0).d[0], -5.0 / slow, 1e-9);  // 31 / s: below hold
+    EXPECT_NEAR(q.slip_front.d[1], -1 / crawl_speed, 1e-9);
+    EXPECT_NEAR(q.slip_front.d[2], -0.4 / crawl_speed, 1e-9);
+    EXPECT_NEAR(q.slip_front.d[3], vx / crawl_speed, 1e-9);
+    EXPECT_NEAR(q.slip_rear.d[2], 0.6 / crawl_speed, 1e-9);
+    EXPECT_NEAR(drive_force(q, Dual8(2.0), 0.0).d[0], -5.0 / weak_brake_speed, 1e-9);  // 31 / s: below hold
     q.d = Dual8(-1);
-    EXPECT_NEAR(drive_force(q, Dual8(2.0), 0.0).d[0], -2.0 * hold, 1e-9);
-    EXPECT_NEAR(resistance(q).d[0], 0.5 / crawl + 0.3 * vx * vx / crawl, 1e-9);
+    EXPECT_NEAR(drive_force(q, Dual8(2.0), 0.0).d[0], -2.0 * largest_hold_rate, 1e-9);
+    EXPECT_NEAR(resistance(q).d[0], 0.5 / crawl_speed + 0.3 * vx * vx / crawl_speed, 1e-9);
     for (const double one : q.slip_front.d) EXPECT_TRUE(std::isfinite(one));
   }
 }

@@ -1,4 +1,4 @@
-#include "cli/last_words.hpp"
+#include "cli/premature_end.hpp"
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -18,7 +18,7 @@ namespace {
 
 LastCall called;
 pid_t program = 0;
-bool said = false;
+bool expected = false;
 
 void say(std::string_view text) {
   [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
@@ -60,7 +60,7 @@ void on_signal(int number) {
 }
 
 void on_exit() {
-  if (said || getpid() != program) return;
+  if (expected || getpid() != program) return;
   say("gripline: something called exit() before the work was done");
   say_plugin();
   say("\n");
@@ -75,7 +75,7 @@ void take_closed_streams() {
 
 }  // namespace
 
-void prepare_last_words() {
+void report_premature_end() {
   take_closed_streams();
   program = getpid();
   last_call() = &called;
@@ -91,6 +91,6 @@ void prepare_last_words() {
 #endif
 }
 
-void all_said() { said = true; }
+void expect_end() { expected = true; }
 
 }  // namespace gripline::tools

@@ -1,4 +1,6 @@
+// Errors that --set assignments cause, told at those.
 #pragma once
+
 #include <functional>
 #include <span>
 #include <string>

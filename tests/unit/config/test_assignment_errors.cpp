@@ -1,11 +1,11 @@
-#include "config/blame.hpp"
+#include "config/assignment_errors.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 namespace gripline {
-namespace test_blame {
+namespace test_assignment_errors {
 
 /// Reads that go wrong as soon as certain assignments are there.
 void read(std::span<const std::string> assignments) {
@@ -18,7 +18,7 @@ void read(std::span<const std::string> assignments) {
   throw InputError(found);
 }
 
-std::string blamed(const std::vector<std::string>& assignments) {
+std::string told(const std::vector<std::string>& assignments) {
   try {
     read(assignments);
   } catch (const InputError& error) {
@@ -27,14 +27,14 @@ std::string blamed(const std::vector<std::string>& assignments) {
   return "nothing";
 }
 
-TEST(Blame, AnErrorIsToldAtTheAssignmentThatMakesIt) {
+TEST(AssignmentErrors, AnErrorIsToldAtTheAssignmentThatMakesIt) {
   const std::string own = "a.json:1:2: /own: wrong from the start";
-  EXPECT_EQ(blamed({}), own);
-  EXPECT_EQ(blamed({"/harmless=1"}), own);
-  EXPECT_EQ(blamed({"/x=1"}), own + "\n--set /x: too small");
-  EXPECT_EQ(blamed({"/x=1", "/y/z=null", "/harmless=1"}),
+  EXPECT_EQ(told({}), own);
+  EXPECT_EQ(told({"/harmless=1"}), own);
+  EXPECT_EQ(told({"/x=1"}), own + "\n--set /x: too small");
+  EXPECT_EQ(told({"/x=1", "/y/z=null", "/harmless=1"}),
             own + "\n--set /x: too small\n--set /y/z: \"z\" is missing (a.json:7:3: /y) [stack s]");
 }
 
-}  // namespace test_blame
+}  // namespace test_assignment_errors
 }  // namespace gripline

@@ -1,4 +1,4 @@
-#include "config/blame.hpp"
+#include "config/assignment_errors.hpp"
 
 #include <algorithm>
 #include <tuple>

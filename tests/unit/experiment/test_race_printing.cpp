@@ -1,0 +1,84 @@
+#include "experiment/race_printing.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "experiment/race_judging.hpp"
+#include "experiment/race_tables.hpp"
+#include "support/comma_locale.hpp"
+#include "support/race_sample.hpp"
+
+namespace gripline {
+namespace test_race_printing {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using namespace testing_support;
+
+/// Every solve of a run may fail, the one before its first step too.
+TEST(RacePrinting, NoMoreThanAllSolvesFail) {
+  const RaceSpec race = race_of("[]", 1);
+  RaceResults results = {race, {run_of("elm", 1, 0, {8, 9})}, {"elm"}};
+  results.runs[0].summary.solver_failures = results.runs[0].summary.steps + 1;
+  std::ostringstream out;
+  print_tables(out, results, {});
+  EXPECT_THAT(out.str(), HasSubstr("finished, 100 % of solves failed"));
+}
+
+TEST(RacePrinting, ThePrintedTableMarksWhoWasToldTheTruth) {
+  const RaceSpec race = race_of(R"(["elm.violation_s <= none.violation_s", "none.violation_s < elm.violation_s",
+                                    "elm.solve_ms_median < none.solve_ms_median"])");
+  RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};
+  results.runs[4].timing.alone = false;
+  std::ostringstream out;
+  print_tables(out, results, judge_all(results));
+  EXPECT_THAT(out.str(), AllOf(HasSubstr("oracle *"), HasSubstr("* was told the truth"), Not(HasSubstr("elm *"))));
+  EXPECT_THAT(out.str(), HasSubstr("2/3 finished"));
+  EXPECT_THAT(out.str(), HasSubstr("1 skipped"));
+  EXPECT_THAT(out.str(), HasSubstr("FAILS    none.violation_s < elm.violation_s   (4 against 2,"));
+  EXPECT_THAT(out.str(), HasSubstr("skipped  elm.solve_ms_median < none.solve_ms_median   (on times: needs -j 1)"));
+  EXPECT_THAT(out.str(), AllOf(HasSubstr("corner out: with a corner of the car"), HasSubstr("out, adapted: outside")));
+}
+
+TEST(RacePrinting, BelowSixRunsTheEndsAreCalledARange) {
+  const RaceSpec race = race_of(R"(["none.violation_s_hi <= 5", "none.violation_s_lo > 3"])");
+  const RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};
+  const std::vector<ClaimResult> claims = judge_all(results);
+  EXPECT_TRUE(claims.at(0).holds.value());
+  std::ostringstream out;
+  print_tables(out, results, claims);
+  EXPECT_THAT(out.str(), AllOf(HasSubstr("\n  range "), HasSubstr("range, of fewer than 6 runs: smallest and largest"),
+                               Not(HasSubstr("bootstrap"))));
+  EXPECT_THAT(out.str(), HasSubstr("warning: none.violation_s_hi <= 5: _lo and _hi are the smallest and largest of 3 "
+                                   "runs, no 95 % interval"));
+  EXPECT_THAT(out.str(), HasSubstr("FAILS    none.violation_s_lo > 3   (3 against 3; _lo and _hi are the smallest"));
+  const Folder folder;
+  write_claims(folder.path(), claims);
+  EXPECT_THAT(contents(folder / "claims.json"), HasSubstr("smallest and largest of 3 runs"));
+}
+
+TEST(RacePrinting, FromSixRunsTheEndsAreAnInterval) {
+  const RaceSpec race = race_of(R"(["none.violation_s_hi <= 7"])", 6);
+  std::vector<RunResult> runs;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed)
+    runs.push_back(
+        run_of("none", seed, static_cast<double>(seed), seed < 3 ? std::vector<double>{8, 9} : std::vector<double>{8}));
+  const RaceResults results = {race, runs, {"none"}};
+  std::ostringstream out;
+  print_tables(out, results, judge_all(results));
+  EXPECT_THAT(out.str(), AllOf(HasSubstr("\n  95 %"), HasSubstr("9.00..9.00 of 2"), HasSubstr("bootstrap interval"),
+                               Not(HasSubstr("no 95 %"))));
+}
+
+using RacePrintingInCommaLocale = InCommaLocale;
+
+TEST_F(RacePrintingInCommaLocale, CellsHavePoints) {
+  EXPECT_EQ(cell_text(1.5, "%.2f s"), "1.50 s");
+  EXPECT_EQ(cell_text(std::nullopt, "%.2f s"), "-");
+}
+
+}  // namespace test_race_printing
+}  // namespace gripline
