@@ -365,7 +365,7 @@ struct Condition {
   std::size_t every = 1;
   bool brief = false, held = false;
   double quantum = 0;
-  bool wrong_nominal = false;
+  bool wrong_nominal = false, late = false;
 };
 const std::vector<Condition> all_conditions = {{"white"},
                                                {.name = "process", .shaking_time = 0.25},
@@ -382,7 +382,10 @@ const std::vector<Condition> all_conditions = {{"white"},
                                                {.name = "quantised", .quantum = 1},
                                                {.name = "nominal", .wrong_nominal = true},
                                                {.name = "nominal_process", .shaking_time = 0.25, .wrong_nominal = true},
-                                               {.name = "nominal_slow", .shaking_time = 1.0, .wrong_nominal = true}};
+                                               {.name = "nominal_slow", .shaking_time = 1.0, .wrong_nominal = true},
+                                               {.name = "late", .late = true},
+                                               {.name = "late_process", .shaking_time = 0.25, .late = true},
+                                               {.name = "late_ar08", .colour = 0.8, .late = true}};
 
 /// A parameter of the car that the nominal one has wrong: by a normal of this relative size, at most twice it. Of
 /// Cr0_over_m the size is in m/s2.
@@ -415,6 +418,32 @@ std::string uncertain_json(const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i)
     out += std::string(i > 0 ? ", \"" : "\"") + uncertain[i].name + "\": " + text(values[i]);
   return out + "}";
+}
+
+/// Channels that are late together, and what their delays are called.
+struct LateChannels {
+  std::vector<std::size_t> channel;
+  std::vector<std::string> names;
+};
+const std::array<LateChannels, 4> late_channels = {{{{0, 1}, {"position_delay"}},
+                                                    {{0, 1, 2}, {"position_delay", "yaw_delay"}},
+                                                    {{3, 4}, {"velocity_delay"}},
+                                                    {{5}, {"yaw_rate_delay"}}}};
+
+/// What the channels showed so long ago: a cubic through four samples. The log begins so much later.
+void make_late(Drive& d, const LateChannels& late, double seconds) {
+  const auto back = static_cast<std::size_t>(std::ceil(seconds / sample));
+  const double u = static_cast<double>(back) - seconds / sample;  // behind the sample that far back
+  const std::array<double, 4> weight = {-u * (u - 1) * (u - 2) / 6, (u + 1) * (u - 1) * (u - 2) / 2,
+                                        -(u + 1) * u * (u - 2) / 2, (u + 1) * u * (u - 1) / 6};
+  const std::vector<Six> was = d.reading;
+  for (std::size_t k = back + 1; k < was.size(); ++k)
+    for (const std::size_t c : late.channel) {
+      d.reading[k][c] = 0.0;
+      for (std::size_t j = 0; j < 4; ++j) d.reading[k][c] += weight[j] * was[k - back - 1 + j][c];
+    }
+  d.reading.erase(d.reading.begin(), d.reading.begin() + static_cast<std::ptrdiff_t>(back + 1));
+  d.command.erase(d.command.begin(), d.command.begin() + static_cast<std::ptrdiff_t>(back + 1));
 }
 
 void write_case(const fs::path& out, const std::string& kind_of_case, const Condition& condition, std::size_t i,
@@ -451,6 +480,15 @@ void write_case(const fs::path& out, const std::string& kind_of_case, const Cond
   for (double pace = dice.uniform(0.8, 1.0); held.reading.empty(); pace *= 0.97)
     held = drive(kind, effects, line, pace, {.seconds = which == 1 ? 36.0 : 20.0, .held = condition.held}, dice);
 
+  std::vector<std::string> delays;
+  double delay = 0.0;
+  if (condition.late) {
+    const LateChannels& late = late_channels[(i / 2 + 2 * which) % late_channels.size()];
+    delay = dice.uniform(0.04, 0.12);
+    make_late(measured, late, delay);
+    delays = late.names;
+  }
+
   char number[16];
   std::snprintf(number, sizeof number, "_%03zu", i);
   const std::string name = kind_of_case + "_" + condition.name + number;
@@ -483,7 +521,14 @@ void write_case(const fs::path& out, const std::string& kind_of_case, const Cond
     answer << (j > 0 ? ", " : "") << "{\"effect\": \"" << ids[j] << "\", \"params\": {\"" << entry->param
            << "\": " << text(effects[ids[j]]) << "}}";
   }
-  answer << "],\n  \"equivalent\": [" << equivalents(ids) << "],\n";
+  for (std::size_t j = 0; j < delays.size(); ++j) {
+    answer << (ids.size() + j > 0 ? ", " : "") << "{\"effect\": \"" << delays[j]
+           << "\", \"params\": {\"T\": " << text(delay) << "}}";
+  }
+  std::vector<std::string> all = ids;
+  all.insert(all.end(), delays.begin(), delays.end());
+  answer << "],\n  \"equivalent\": [" << equivalents(all) << "],\n";
+  if (condition.late) answer << "  \"late\": true,\n";
   if (condition.colour > 0.0) answer << "  \"noise_correlation\": " << condition.colour << ",\n";
   if (condition.every > 1) answer << "  \"thinned\": " << condition.every << ",\n";
   answer << "  \"nuisance\": " << uncertain_json(off) << ",\n  \"process_noise\": ";

@@ -44,6 +44,8 @@ const std::vector<Condition>& conditions() {
       {"one effect, process noise, other time",
        [](const CaseScore& s) { return is(s, "single", "process_time") && detectable(s); }},
       {"one effect, samples left out", [](const CaseScore& s) { return is(s, "single", "thinned") && detectable(s); }},
+      {"one effect, late channels", [](const CaseScore& s) { return is(s, "single", "late") && detectable(s); }},
+      {"nothing missing, late channels", [](const CaseScore& s) { return is(s, "none", "late"); }},
       {"nothing missing, coloured sensors", [](const CaseScore& s) { return is(s, "none", "coloured_noise"); }},
       {"nothing missing, other time", [](const CaseScore& s) { return is(s, "none", "process_time"); }},
       {"nothing missing, samples left out", [](const CaseScore& s) { return is(s, "none", "thinned"); }},

@@ -134,6 +134,11 @@ TEST(Judge, DelaysOfChannelsAreNames) {
                  {"the delay only", diagnosis(Verdict::named, {}, {}, {"yaw_rate_delay"}), 0},
                  {"the effect only", diagnosis(Verdict::named, {"aero_drag"}), 0}});
   expect_judged(
+      R"("effects": [{"effect": "mass", "params": {}}, {"effect": "yaw_delay", "params": {}}])",
+      {{"equals beside it", diagnosis(Verdict::indistinguishable, {"mass"}, {{"mass"}, {"drive_gain"}}, {"yaw_delay"}),
+        0.5},
+       {"equals without it", diagnosis(Verdict::indistinguishable, {"mass"}, {{"mass"}, {"drive_gain"}}), 0}});
+  expect_judged(
       R"("effects": [{"effect": "aero_drag", "params": {}}])",
       {{"with a delay that is not there", diagnosis(Verdict::named, {"aero_drag"}, {}, {"yaw_rate_delay"}), 0}});
 }
@@ -201,6 +206,7 @@ TEST(ReadAnswer, TellsTheConditionOfACase) {
   EXPECT_EQ(condition(R"(, "process_noise": {"ax_mps2": 0.1, "tau_s": 1})"), "process_time");
   EXPECT_EQ(condition(R"(, "noise_correlation": 0.8)"), "coloured_noise");
   EXPECT_EQ(condition(R"(, "thinned": 2)"), "thinned");
+  EXPECT_EQ(condition(R"(, "late": true)"), "late");
   EXPECT_EQ(condition(R"(, "nuisance": {"Df": 0.03})"), "wrong_nominal");
 }
 
@@ -215,6 +221,17 @@ TEST(ReadAnswer, ReadsWhatIsHidden) {
   EXPECT_EQ(a.nuisance.at("Df"), -0.02);
   EXPECT_FALSE(a.unknown);
   EXPECT_FALSE(a.interval.has_value());
+}
+
+/// The car is as it is: only what its sensors show is late.
+TEST(TrueModel, HasNoDelaysOfChannels) {
+  const test::DiagnoseRig rig;
+  const Answer a = answer(R"("effects": [{"effect": "aero_drag", "params": {"a": 0.4}},
+    {"effect": "position_delay", "params": {"T": 0.06}}])");
+  const auto model = true_model(rig.catalogue(), a);
+  ASSERT_TRUE(model.has_value());
+  EXPECT_EQ(model->members, std::vector{rig.catalogue().find("aero_drag")});
+  EXPECT_FALSE(true_model(rig.catalogue(), answer(R"("effects": [{"effect": "no_such", "params": {}}])")));
 }
 
 TEST(ReadAnswer, RefusesWhatIsNone) {
