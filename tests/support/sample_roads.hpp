@@ -20,11 +20,12 @@ inline RoadTable ellipse() {
   return road;
 }
 
-/// A figure of eight of 300 m by 150 m that crosses itself at a right angle in the middle.
-inline RoadTable figure_of_eight(double half_width, double rise) {
+/// A figure of eight of 300 m by 150 m that crosses itself at a right angle in the middle; its first point lies `first`
+/// of 240 steps beyond there.
+inline RoadTable figure_of_eight(double half_width, double rise, double first = 0.5) {
   RoadTable road;
   for (int i = 0; i < 240; ++i) {
-    const double a = 2 * std::numbers::pi * (i + 0.5) / 240.0;
+    const double a = 2 * std::numbers::pi * (i + first) / 240.0;
     road.points.push_back({150 * std::sin(a), 75 * std::sin(2 * a)});
     road.height.push_back(rise * std::cos(a));  // the two passes are at a = 0 and a = pi
   }

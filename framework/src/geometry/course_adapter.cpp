@@ -42,7 +42,8 @@ void TrackCourse::minimum_curvature(const LineOptions& options, std::span<LinePo
   for (std::size_t i = 0; i < line.size(); ++i) {
     const double s = length * static_cast<double>(i) / static_cast<double>(line.size());
     const CurvePoint on = found.curve.at(s);
-    const CurveLocation place = std::isnan(hint) ? track_.locate(on.x, on.y) : track_.locate(on.x, on.y, hint);
+    const CurveLocation place =
+        std::isnan(hint) ? track_.locate(Pose{on.x, on.y, on.yaw}) : track_.locate(on.x, on.y, hint);
     hint = place.s;
     LinePoint& p = line[i];
     p.s = s;

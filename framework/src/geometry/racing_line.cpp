@@ -224,7 +224,7 @@ RacingLine describe_line(const Track& track, ClosedCurve curve, double spacing) 
   line.samples.resize(count);
   const double step = length / static_cast<double>(count);
   const CurvePoint start = line.curve.at(0.0);
-  double hint = track.locate(start.x, start.y).s;
+  double hint = track.locate(Pose{start.x, start.y, start.yaw}).s;
   for (std::size_t i = 0; i < count; ++i) {
     const CurvePoint at = line.curve.at(static_cast<double>(i) * step);
     const CurveLocation place = track.locate(at.x, at.y, hint);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <random>
 
+#include "geometry/course_adapter.hpp"
 #include "geometry/cyclic_box_qp.hpp"
 #include "geometry/road_table.hpp"
 #include "geometry/track_file.hpp"
@@ -13,6 +14,7 @@
 #include "support/comma_locale.hpp"
 #include "support/paths.hpp"
 #include "support/reference_data.hpp"
+#include "support/sample_roads.hpp"
 
 namespace gripline {
 namespace test_racing_line {
@@ -237,6 +239,24 @@ TEST(RacingLine, AHairpinThatTheCarCannotSteerIsNamedWithItsRadius) {
   EXPECT_EQ(check_car_turns(track, 1.8, 6.5), "");
   EXPECT_THAT(check_car_turns(track, 1.8, 12.0), HasSubstr("a turn is tighter than the car can steer: at s = "));
   EXPECT_THAT(check_car_turns(track, 1.8, 12.0), HasSubstr("the car's least is 12 m"));
+}
+
+/// On the wrong pass of its bridge a line would lie far from its stations, across the road.
+TEST(RacingLine, ALineThatBeginsOnABridgeFollowsItsOwnPass) {
+  for (const double first : {0.0, 0.2, -0.2, 120.0, 119.7}) {
+    RoadTable road = test::figure_of_eight(5.0, 0.0, first);
+    road.bridges = true;
+    const Track track = to_track(road);
+    const RacingLine line = minimum_curvature_line(track, {.car_width = 1.8});
+    for (const RacingLineSample& at : line.samples) {
+      ASSERT_LT(std::abs(at.n), 5.0) << "first point at " << first << ", s = " << at.s;
+      ASSERT_LT(std::abs(wrap_angle(at.yaw - track.at(at.centre_s).yaw)), 0.3) << first << ", s = " << at.s;
+    }
+    std::vector<LinePoint> seen(400);
+    TrackCourse(track, Car{.width = 1.8}).minimum_curvature({}, seen);
+    for (const LinePoint& at : seen)
+      ASSERT_LT(std::abs(wrap_angle(at.yaw - track.at(at.station).yaw)), 0.3) << first << ", s = " << at.s;
+  }
 }
 
 using RacingLineInCommaLocale = testing_support::InCommaLocale;
