@@ -194,7 +194,7 @@ double PlanFollower::beside_plan(double near, double x, double y) const {
   return std::abs(moved) < off && distance(s) <= off ? s : near;
 }
 
-double PlanFollower::locate(double x, double y) {
+double PlanFollower::locate(double x, double y, double yaw) {
   const auto distance = [&](const PlanPoint& p) { return std::hypot(x - p.x, y - p.y); };
   if (!std::isnan(hint_)) {
     const LinePoint road = base_->at(hint_);
@@ -215,6 +215,7 @@ double PlanFollower::locate(double x, double y) {
       best = i;
     }
   }
+  if (std::isnan(hint_)) best = planning::sample_facing(samples_, best, x, y, yaw);
   const std::size_t k = best / samples_per_interval;
   const double s =
       nodes_->s[k] + nodes_->ds[k] * static_cast<double>(best % samples_per_interval) / samples_per_interval;

@@ -54,8 +54,8 @@ class PlanFollower {
   /// As set(plan), where only nodes first .. first + count - 1 (indices wrap) have changed.
   void set(const LapPlan& plan, std::size_t first, std::size_t count);
   PlanPoint at(double s) const;
-  /// Station of the point of the path nearest to (x, y), continuing from the last call.
-  double locate(double x, double y);
+  /// Station of the point of the path nearest to a car at (x, y) that faces `yaw`, continuing from the last call.
+  double locate(double x, double y, double yaw);
   /// The path as a closed line of samples, for reports.
   std::span<const LinePoint> samples() const { return samples_; }
 

@@ -65,7 +65,7 @@ class LapPlanner : public SpeedPlanner {
   void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
             std::span<RefPoint> horizon) override {
     believe(now, belief, learned);
-    const double station = line_.locate(now.x.x, now.x.y);
+    const double station = line_.locate(now.x.x, now.x.y, now.x.yaw);
     const auto on_line = [&](double s) { return references_.at(s, now.x.yaw); };
     const double here = mu_plan_ * grip_here();
     if (recovery_.update(now, station, here, on_line)) {

@@ -78,7 +78,7 @@ class RecedingTime final : public LapPlanner {
     // What is known of tyres ends where they have slipped; a curve fitted up to there holds a little further.
     constexpr double beyond = 1.4;
     laps_.set_slip_bound_slow_car(std::min(slip_bound_slow_car_, beyond * visited_slip()));
-    const double station = followed().locate(now.x.x, now.x.y);
+    const double station = followed().locate(now.x.x, now.x.y, now.x.yaw);
     const bool astray = from_car_state_ && learned != nullptr && has_left_plan(now.x, station);
     laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,
                plan_, astray ? &now.x : nullptr);
@@ -88,7 +88,7 @@ class RecedingTime final : public LapPlanner {
   void see(const Observation& now, AxleTyres& tyres, double& spread) override {
     if (!places_) return;
     believed_here_ = mu_of(tyres);
-    node_ = setup().node_at(followed().locate(now.x.x, now.x.y));
+    node_ = setup().node_at(followed().locate(now.x.x, now.x.y, now.x.yaw));
     if (places_->step(node_, mu_of(tyres), spread))
       for (std::size_t i = 0; i < setup().nodes().s.size(); ++i) laps_.set_grip(i, places_->grip(i));
     if (places_->holding()) {

@@ -352,7 +352,7 @@ class RecedingTimeFromAnywhere : public RecedingTimeTest {
       EXPECT_TRUE(std::isfinite(r.x) && std::isfinite(r.y) && std::isfinite(r.v));
       now_.t += 0.02;
       now_.x = {r.x, r.y, r.yaw - r.beta, r.v, r.v * std::tan(r.beta), 0.0, 0.0};
-      const LinePoint p = line.at(follower.locate(line, r.x, r.y));
+      const LinePoint p = line.at(follower.locate(line, r.x, r.y, r.yaw));
       const double turned = std::remainder(now_.x.yaw - p.yaw, 2.0 * std::numbers::pi);
       const bool racing = std::hypot(r.x - p.x, r.y - p.y) < 2.0 * car_.width && std::abs(turned) < 0.6 && r.v > 0.5;
       good = racing ? good + 1 : 0;

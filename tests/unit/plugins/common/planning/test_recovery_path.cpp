@@ -55,7 +55,7 @@ class Driver {
       r.s = p.s, r.x = p.x, r.y = p.y, r.yaw = p.yaw, r.kappa = p.kappa, r.left = p.left, r.right = p.right;
       return r;
     };
-    foot_ = follower_.locate(line_, now_.x.x, now_.x.y);
+    foot_ = follower_.locate(line_, now_.x.x, now_.x.y, now_.x.yaw);
     if (!path_.update(now_, foot_, mu, reference)) return false;
     path_.fill(
         now_, dt, reference, [](double) { return 20.0; }, [](double) { return 3.0; }, horizon_);
