@@ -1,6 +1,8 @@
 #include "geometry/track.hpp"
 
 #include <algorithm>
+#include <compare>
+#include <cstdint>
 #include <cstdio>
 #include <optional>
 #include <utility>
@@ -16,10 +18,58 @@ struct Station {
   double right = 0.0, left = 0.0;
 };
 
+/// Stations by squares of the plane.
+class Squares {
+ public:
+  Squares(const std::vector<Station>& road, double size) : road_(road), size_(size) {
+    for (std::size_t i = 0; i < road.size(); ++i) {
+      const CurvePoint& at = road[i].centre;
+      members_.push_back({column(at.x), column(at.y), i});
+    }
+    std::sort(members_.begin(), members_.end());
+  }
+
+  /// The stations nearer to a place than `reach`, which is at most the size of the squares, in their order.
+  const std::vector<std::size_t>& near(double x, double y, double reach) {
+    found_.clear();
+    for (std::int64_t i = column(x) - 1; i <= column(x) + 1; ++i) {
+      auto member = std::lower_bound(members_.begin(), members_.end(), Member{i, column(y) - 1, 0});
+      for (; member != members_.end() && member->x == i && member->y <= column(y) + 1; ++member) {
+        const double dx = x - road_[member->station].centre.x, dy = y - road_[member->station].centre.y;
+        if (dx * dx + dy * dy < reach * reach) found_.push_back(member->station);
+      }
+    }
+    std::sort(found_.begin(), found_.end());
+    return found_;
+  }
+
+ private:
+  struct Member {
+    std::int64_t x = 0, y = 0;
+    std::size_t station = 0;
+    auto operator<=>(const Member&) const = default;
+  };
+  std::int64_t column(double place) const { return static_cast<std::int64_t>(std::floor(place / size_)); }
+
+  const std::vector<Station>& road_;
+  double size_;
+  std::vector<Member> members_;
+  std::vector<std::size_t> found_;
+};
+
+double widest_half(const TrackShape& shape) {
+  return std::max(shape.half_width_right.maximum(), shape.half_width_left.maximum());
+}
+double narrowest_half(const TrackShape& shape) {
+  return std::min(shape.half_width_right.minimum(), shape.half_width_left.minimum());
+}
+
+/// Every `spacing` metres, or fewer where a road that is wide for its narrowest place would take too long to compare.
 std::vector<Station> stations(const TrackShape& shape, double spacing) {
-  constexpr double most = 6000.0;  // the comparison is quadratic: at most 36 million pairs of squares
+  constexpr double fewest = 64.0, always = 6000.0, most = 400000.0, comparisons = 2e7;
   const double length = shape.centre.length();
-  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(length / spacing), 64.0, most));
+  const double bearable = std::clamp(std::sqrt(comparisons * length / widest_half(shape)), always, most);
+  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(length / spacing), fewest, bearable));
   std::vector<Station> result(count);
   for (std::size_t i = 0; i < count; ++i) {
     const double s = length * static_cast<double>(i) / static_cast<double>(count);
@@ -81,9 +131,11 @@ std::vector<Crossing> find_crossings(const TrackShape& shape, const std::vector<
              (near(c.first, other.second) && near(c.second, other.first));
     });
   };
+  Squares squares(road, 3.0 * step);
   for (std::size_t i = 0; i < n; ++i) {
     const CurvePoint &a = road[i].centre, &b = road[i + 1 == n ? 0 : i + 1].centre;
-    for (std::size_t j = i + 2; j < n; ++j) {
+    for (const std::size_t j : squares.near(a.x, a.y, 3.0 * step)) {
+      if (j < i + 2) continue;
       const CurvePoint &c = road[j].centre, &d = road[j + 1 == n ? 0 : j + 1].centre;
       if (std::abs(a.x - c.x) > 2.0 * step || std::abs(a.y - c.y) > 2.0 * step || (i == 0 && j + 1 == n)) continue;
       const auto shares = intersection(a, b, c, d);
@@ -100,6 +152,11 @@ class Bridges {
  public:
   explicit Bridges(const TrackShape& shape) : shape_(&shape) {}
 
+  /// Whether the centre line crosses itself where no bridge is.
+  bool crosses(const std::vector<Station>& road) {
+    if (!searched_) search(road);
+    return !level_.empty() || !flat_.empty();
+  }
   /// Whether stations a and b share a place because one passes over the other nearby.
   bool explain(double a, double b, const std::vector<Station>& road) {
     if (!searched_) search(road);
@@ -111,7 +168,7 @@ class Bridges {
     });
   }
   /// Way from the crossing within which the two passes overlap, and a little more [m].
-  double reach(const Crossing& c) const { return 2.6 * widest() / std::sin(c.angle); }
+  double reach(const Crossing& c) const { return 2.6 * widest_half(*shape_) / std::sin(c.angle); }
   const std::vector<Crossing>& found() const { return found_; }
   /// Crossings at an angle at which nothing says that they are bridges.
   const std::vector<Crossing>& level() const { return level_; }
@@ -120,7 +177,6 @@ class Bridges {
   double clearance() const { return 0.25 * (shape_->half_width_right.minimum() + shape_->half_width_left.minimum()); }
 
  private:
-  double widest() const { return std::max(shape_->half_width_right.maximum(), shape_->half_width_left.maximum()); }
   void search(const std::vector<Station>& road) {
     constexpr double least_angle = std::numbers::pi / 6.0;
     searched_ = true;
@@ -174,25 +230,30 @@ class Bridges {
 
 /// The road overlaps itself where a place on its edge lies inside the road at another station. On a sound road the
 /// centre line comes no nearer to a place on the edge than that edge's own half width.
-void check_overlap(const TrackShape& shape, const std::vector<Station>& road, Bridges& bridges) {
+void check_overlap(const TrackShape& shape, const std::vector<Station>& road, Squares& squares, Bridges& bridges) {
   constexpr double tolerated = 0.9;  // an inner edge drawn through points may fold a little at a kink
-  const double narrow = std::min(shape.half_width_right.minimum(), shape.half_width_left.minimum());
+  constexpr double pi = std::numbers::pi;
+  const double narrow = narrowest_half(shape), reach = tolerated * widest_half(shape);
   const double length = shape.centre.length();
   for (const Station& here : road) {
     for (const double offset : {here.left, -here.right}) {
       const double x = here.centre.x - offset * std::sin(here.centre.yaw);
       const double y = here.centre.y + offset * std::cos(here.centre.yaw);
-      for (const Station& other : road) {
+      for (const std::size_t i : squares.near(x, y, reach)) {
+        const Station& other = road[i];
         const double dx = x - other.centre.x, dy = y - other.centre.y;
         const double square = dx * dx + dy * dy;
         const auto within = [&](double half_width) { return square < std::pow(tolerated * half_width, 2); };
-        if (!within(std::min(other.left, other.right))) continue;
+        const bool on_left = dy * std::cos(other.centre.yaw) - dx * std::sin(other.centre.yaw) > 0.0;
+        const double half_width = on_left ? other.left : other.right;
+        if (!within(half_width)) continue;
         // Its own neighbourhood does not count, where one width changes into another.
         const double way = std::abs(wrap_difference(here.centre.s - other.centre.s, length));
         if (way <= 0.5 * narrow) continue;
-        // Within a bend, the edge of a narrow part may lie less than a half width from a wide part: it is inside that
-        // only if it is nearer to it than to its own centre line.
-        if (way < std::numbers::pi * std::abs(offset) && !within(offset)) continue;
+        // Within a bend, and beside a part that is wider, the edge of a narrow part may lie less than a half width from
+        // a wide part: it is inside that only if it is nearer to it than to its own centre line.
+        const bool along = std::abs(wrap_angle(here.centre.yaw - other.centre.yaw)) < 0.5 * pi;
+        if (way < pi * std::max(std::abs(offset), along ? half_width : 0.0) && !within(offset)) continue;
         if (bridges.explain(here.centre.s, other.centre.s, road)) continue;
         refuse_overlap(shape, here.centre, other.centre, std::abs(offset), bridges);
       }
@@ -203,12 +264,14 @@ void check_overlap(const TrackShape& shape, const std::vector<Station>& road, Br
 /// A road that comes back over itself, the same line again or the other way, has edges that keep their distance from
 /// every centre line: only the centre lines meet. A sound road's centre line bends no sharper than its half width w, so
 /// after 2 w of way it is 2 w sin(1) from where it was, and while it turns by 120 degrees it gets 2 w sin(60 deg) away.
-void check_retrace(const TrackShape& shape, const std::vector<Station>& road, Bridges& bridges) {
+void check_retrace(const TrackShape& shape, const std::vector<Station>& road, Squares& squares, Bridges& bridges) {
   constexpr double together = 0.5, turned = 2.0 / 3.0 * std::numbers::pi;
   const double length = shape.centre.length();
   for (std::size_t i = 0; i < road.size(); ++i) {
-    for (std::size_t j = i + 1; j < road.size(); ++j) {
-      const CurvePoint &here = road[i].centre, &other = road[j].centre;
+    const CurvePoint& here = road[i].centre;
+    for (const std::size_t j : squares.near(here.x, here.y, together * std::min(road[i].left, road[i].right))) {
+      if (j <= i) continue;
+      const CurvePoint& other = road[j].centre;
       const double width = std::min(std::min(road[i].left, road[i].right), std::min(road[j].left, road[j].right));
       const double dx = here.x - other.x, dy = here.y - other.y;
       if (dx * dx + dy * dy >= together * together * width * width) continue;
@@ -220,6 +283,15 @@ void check_retrace(const TrackShape& shape, const std::vector<Station>& road, Br
                  here.y, here.s, other.s));
     }
   }
+}
+
+/// Stations that lie further apart than the road is wide may miss a crossing; the pieces of the centre line between
+/// them do not.
+void check_thin(const TrackShape& shape, const std::vector<Station>& road, Bridges& bridges) {
+  const double step = shape.centre.length() / static_cast<double>(road.size());
+  if (step <= narrowest_half(shape) || !bridges.crosses(road)) return;
+  const Crossing& c = bridges.level().empty() ? bridges.flat().front() : bridges.level().front();
+  refuse_overlap(shape, shape.centre.at(c.first), shape.centre.at(c.second), narrowest_half(shape), bridges);
 }
 
 /// Lengths are metres; a file in millimetres gives a road wider than any.
@@ -285,11 +357,13 @@ double narrowest_width(const TrackShape& shape) {
 Track::Track(TrackShape shape) : shape_(std::move(shape)), length_(shape_.centre.length()) {
   check_widths(shape_);
   check_units(shape_);
-  const double narrow = std::min(shape_.half_width_right.minimum(), shape_.half_width_left.minimum());
+  const double narrow = narrowest_half(shape_);
   const std::vector<Station> road = stations(shape_, 0.25 * narrow);
+  Squares squares(road, widest_half(shape_));
   Bridges bridges(shape_);
-  check_overlap(shape_, road, bridges);
-  check_retrace(shape_, road, bridges);
+  check_overlap(shape_, road, squares, bridges);
+  check_retrace(shape_, road, squares, bridges);
+  check_thin(shape_, road, bridges);
   crossings_ = bridges.found();
   check_height(shape_);
   narrowest_ = narrowest_width(shape_);

@@ -214,6 +214,53 @@ TEST(Track, ARoadMayBecomeNarrowerInASharpBend) {
   EXPECT_THROW(made(14.5), GeometryError);  // an inner edge that folds
 }
 
+/// Two straights of 200 m and half circles of 40 m.
+Track gated(double left, double right, double gate_left, double gate_right) {
+  constexpr double radius = 40.0, line = 200.0;
+  const std::vector<Segment> oval{Segment::line(line), Segment::arc(radius, kPi), Segment::line(line),
+                                  Segment::arc(radius, kPi)};
+  ClosedCurve centre = ClosedCurve::from_segments({}, oval);
+  const auto table = [&](double usual, double gate) {
+    return StationTable(centre.length(), {0.0, 80.0, 81.0, 90.0, 91.0}, {usual, usual, gate, gate, usual});
+  };
+  const StationTable on_left = table(left, gate_left), on_right = table(right, gate_right);
+  return Track(TrackShape{.centre = std::move(centre), .half_width_right = on_right, .half_width_left = on_left});
+}
+
+TEST(Track, ARoadMayBecomeNarrowerWithinAMetre) {
+  EXPECT_NO_THROW(gated(6.0, 6.0, 1.5, 1.5));
+  EXPECT_NO_THROW(gated(6.0, 6.0, 0.5, 0.5));
+  EXPECT_NO_THROW(gated(6.0, 6.0, 1.0, 11.0));
+  EXPECT_NO_THROW(gated(3.0, 5.0, 3.0, 0.3));
+}
+
+/// Two straights 20 m apart, whose inner half widths overlap; the outer ones are small.
+TEST(Track, AnOverlapIsSeenWhereTheRoadIsWiderOnOneSide) {
+  const auto made = [](double left, double right, double turn) {
+    const std::vector<Segment> oval{Segment::line(1000), Segment::arc(10, turn), Segment::line(1000),
+                                    Segment::arc(10, turn)};
+    return Track(
+        TrackShape{.centre = ClosedCurve::from_segments({}, oval), .half_width_right = right, .half_width_left = left});
+  };
+  EXPECT_NO_THROW(made(9.0, 3.0, kPi));
+  EXPECT_NO_THROW(made(3.0, 16.0, kPi));  // to the outside
+  for (const double wide : {11.2, 13.0, 16.0, 17.0}) {
+    EXPECT_THROW(made(wide, 3.0, kPi), GeometryError) << wide;
+    EXPECT_THROW(made(3.0, wide, -kPi), GeometryError) << wide;
+  }
+}
+
+TEST(Track, ALongNarrowRoadThatCrossesItselfIsRefused) {
+  for (const double first : {0.1, 0.30123, 0.5, 0.7, 1.0}) {
+    RoadTable road = test::figure_of_eight(10.0, 0.0, first);
+    road.height.clear();
+    scale(road, 25.0);  // 20 km
+    road.right.assign(road.size(), 0.5);
+    road.left = road.right;
+    EXPECT_THAT(why_refused(road), HasSubstr("the road crosses or overlaps itself")) << first;
+  }
+}
+
 /// Edges of a road laid over itself keep their distance from every centre line; the centre lines meet.
 TEST(Track, ARoadOverItselfIsRefused) {
   std::vector<PlanePoint> twice, there_and_back, oval;
