@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <numeric>
 #include <ostream>
 
 #include "config/files.hpp"
 #include "config/json_file.hpp"
 #include "config/reader.hpp"
 #include "geometry/track_import.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline {
 namespace {
@@ -217,7 +219,16 @@ std::optional<TrackShape> read_edges(ObjectReader& object) {
   const double spacing = edges.number("spacing", "m", NumberRange::positive(), 0.0);
   if (object.errors().size() != before) return std::nullopt;
   try {
-    return shape_from_edges(EdgePoints::from_table(read_csv(inner)), EdgePoints::from_table(read_csv(outer)), spacing);
+    const EdgePoints one = EdgePoints::from_table(read_csv(inner)), other = EdgePoints::from_table(read_csv(outer));
+    constexpr double most = 1e5;  // points: the line between the edges takes memory and time for each
+    const std::vector<double> chords = chord_lengths(one.points);
+    const double length = std::accumulate(chords.begin(), chords.end(), 0.0);
+    if (length > most * spacing && spacing > 0.0) {
+      edges.error_at("spacing", format("%.4g m are %.3g points on an edge of %.5g m, expected at most %.0f points",
+                                       spacing, length / spacing, length, most));
+      return std::nullopt;
+    }
+    return shape_from_edges(one, other, spacing);
   } catch (const GeometryError& error) {
     object.error_at("edges", error.what());
     return std::nullopt;
@@ -266,7 +277,12 @@ std::optional<Track> read_object(const Node& node, Errors& errors, const std::st
   object.finish();
   if (errors.added() != before) return std::nullopt;
   try {
-    return Track(std::move(*shape));
+    Track track(std::move(*shape));
+    if (const std::string problem = start ? check_start(track, *start) : ""; !problem.empty()) {
+      object.error_at("start", problem);
+      return std::nullopt;
+    }
+    return track;
   } catch (const GeometryError& error) {
     errors.add(node.origin, error.what());
     return std::nullopt;

@@ -8,6 +8,7 @@
 
 #include "config/json_file.hpp"
 #include "support/paths.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline {
 namespace test_track_file {
@@ -167,6 +168,25 @@ TEST(TrackFile, AMirroredFileTurnsTheOtherWay) {
   EXPECT_NEAR(mirrored.grade(2.0), track.grade(2.0), 1e-12);
 }
 
+/// Two rings of 20 points, 10 m and 11 m from their centre.
+TEST(TrackFile, EdgesMayNotBecomeMorePointsThanMemoryHolds) {
+  const std::filesystem::path folder = testing::TempDir();
+  for (const double radius : {10.0, 11.0}) {
+    std::ofstream out(folder / format("gripline_ring%.0f.csv", radius));
+    out << "x_m,y_m\n";
+    for (int i = 0; i < 20; ++i)
+      out << radius * std::cos(i * 0.1 * std::numbers::pi) << ',' << radius * std::sin(i * 0.1 * std::numbers::pi)
+          << '\n';
+  }
+  const auto edges = [&](const char* spacing) {
+    return R"({"edges": {"inner": ")" + (folder / "gripline_ring10.csv").string() + R"(", "outer": ")" +
+           (folder / "gripline_ring11.csv").string() + R"(", "spacing": )" + spacing + "}}";
+  };
+  EXPECT_NEAR(parse(edges("0.5")).narrowest(), 1.0, 0.05);
+  EXPECT_THAT(refusal(edges("1e-5")),
+              HasSubstr("/edges/spacing: 1e-05 m are 6.26e+06 points on an edge of 62.574 m, expected at most 100000"));
+}
+
 TEST(TrackFile, JsonRefusals) {
   EXPECT_THAT(refusal(stadium("")), HasSubstr("half_width"));
   EXPECT_THAT(refusal(stadium(R"("half_width": 0)")), HasSubstr("/half_width"));
@@ -184,6 +204,10 @@ TEST(TrackFile, JsonRefusals) {
               HasSubstr("\"3 m\" is a length, expected an angle"));
   EXPECT_THAT(refusal(R"({"segments": [{"curve": 1}], "half_width": 0.3})"),
               HasSubstr("unknown key \"curve\"; known: line, arc"));
+  EXPECT_THAT(refusal(stadium(R"("half_width": 0.3, "start": {"x": 1, "y": 30, "yaw": "0 deg"})")),
+              HasSubstr("/start: start (1, 30) is off the track"));
+  EXPECT_THAT(refusal(stadium(R"("half_width": 0.3, "start": {"x": 1, "y": 0, "yaw": "180 deg"})")),
+              HasSubstr("/start: start faces backwards"));
   EXPECT_THAT(refusal(R"({"half_width": 0.3})"), HasSubstr("exactly one of \"segments\", \"centre\" and \"edges\""));
   EXPECT_THAT(refusal(R"({"centre": "oval.cvs"})"), HasSubstr("oval.csv"));
   const std::string points = testing::TempDir() + "gripline_oval.txt";
