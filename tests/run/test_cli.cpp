@@ -667,6 +667,54 @@ TEST_F(Cli, TrackWarnsOfKinksThatSmoothingTakesAway) {
   EXPECT_THAT(smooth.err, Not(HasSubstr("kinks")));
 }
 
+TEST_F(Cli, TrackReplacesNoPointsThatItDidNotWrite) {
+  const std::string oval = fixture_dir() / "tracks/oval.csv";
+  const Outcome made = gripline_with({"track", oval, "--out", folder_ / "road.json"});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(made.out, AllOf(HasSubstr("road.json\n"), HasSubstr("road.csv\n")));
+  EXPECT_EQ(gripline_with({"track", oval, "--scale", "2", "--out", folder_ / "road.json"}).code, 0);
+  write_text(folder_ / "other.csv", "t,x\n");
+  const Outcome foreign = gripline_with({"track", oval, "--out", folder_ / "other.json"});
+  EXPECT_EQ(foreign.code, 2);
+  EXPECT_THAT(foreign.err, HasSubstr("other.csv, which is another file; remove that or choose another name"));
+  EXPECT_EQ(contents(folder_ / "other.csv"), "t,x\n");
+}
+
+/// A bend that is too sharp for its width needs smoothing; one that is scaled to millimetres does not.
+TEST_F(Cli, TrackProposesSmoothingOnlyWhereTheLineIsWrong) {
+  std::string text = "x_m,y_m\n";
+  for (int i = 0; i < 200; ++i) {
+    const double r = i == 70 ? 103.0 : 100.0;
+    text +=
+        std::to_string(r * std::cos(0.0314159265 * i)) + "," + std::to_string(r * std::sin(0.0314159265 * i)) + "\n";
+  }
+  write_text(folder_ / "noise.csv", text);
+  const auto refusal = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "track");
+    const Outcome outcome = gripline_with(words);
+    EXPECT_EQ(outcome.code, 2) << outcome.out;
+    return outcome.err;
+  };
+  EXPECT_THAT(refusal({folder_ / "noise.csv", "--width", "20"}), HasSubstr("if that is noise: --smooth"));
+  EXPECT_THAT(refusal({folder_ / "noise.csv", "--width", "20", "--scale", "1000"}), Not(HasSubstr("--smooth")));
+  const std::string oval = fixture_dir() / "tracks/oval.csv";
+  EXPECT_THAT(refusal({oval, "--scale", "1000"}), AllOf(HasSubstr("millimetres?"), Not(HasSubstr("--smooth"))));
+  EXPECT_THAT(refusal({oval, "--car", source_dir() / "worlds/cars/full_size.json"}),
+              HasSubstr("full_size.json: the car is"));
+}
+
+TEST_F(Cli, TrackSaysWhatIsLeftOutOfWhatItWrites) {
+  write_text(folder_ / "walls.json", R"({"segments": [{"arc": {"radius": 40, "turn": "360 deg"}}], "half_width": 3,
+             "walls": {"left": 1}, "start": {"x": 0, "y": 80, "yaw": "180 deg"}})");
+  EXPECT_EQ(gripline_with({"track", folder_ / "walls.json"}).err, "");
+  const Outcome csv = gripline_with({"track", folder_ / "walls.json", "--out", folder_ / "round.csv"});
+  EXPECT_THAT(csv.err, AllOf(HasSubstr("add them to the file as they were"), HasSubstr("a CSV has none")));
+  const Outcome json =
+      gripline_with({"track", folder_ / "walls.json", "--scale", "1:2", "--reverse", "--out", folder_ / "turned.json"});
+  EXPECT_THAT(json.err, AllOf(HasSubstr("with its own stations"), Not(HasSubstr("start"))));
+  EXPECT_THAT(contents(folder_ / "turned.json"), HasSubstr("\"y\": 40"));
+}
+
 TEST_F(Cli, TrackSaysWhatItCannotRead) {
   const std::string oval = fixture_dir() / "tracks/oval.csv", open = fixture_dir() / "tracks/open.csv";
   const auto refused = [](std::vector<std::string> words, const std::string& why) {

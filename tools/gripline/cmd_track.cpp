@@ -3,6 +3,7 @@
 #include <iostream>
 #include <numbers>
 #include <optional>
+#include <string_view>
 
 #include "car/vehicle.hpp"
 #include "cli/options.hpp"
@@ -132,12 +133,12 @@ void tell(const Track& track, const RoadTable& road) {
   warn_of_kinks(track);
 }
 
-/// Refuses a road that this car cannot drive.
-void check_car(const Track& track, const Car& car) {
+/// Refuses a road that the car of this file cannot drive.
+void check_car(const Track& track, const Car& car, const std::string& file) {
   const double radius = least_turning_radius(car);
   std::string problem = check_car_fits(track, car.width);
   if (problem.empty()) problem = check_car_turns(track, car.width, radius);
-  if (!problem.empty()) throw InputError(problem);
+  if (!problem.empty()) throw InputError(file + ": " + problem);
   Table table;
   table.row("car", format("%.4g m wide, least radius %.4g m: drives it", car.width, radius));
 }
@@ -156,6 +157,22 @@ void add_track_options(po::options_description& visible) {
   add("help,h", "this text");
 }
 
+/// The points of a road in JSON lie beside it, under a name that nobody gave: a file there is replaced only where the
+/// road that was there named it.
+void keep_foreign_points(const fs::path& road) {
+  const fs::path points = points_beside(road);
+  if (!fs::exists(points)) return;
+  if (fs::exists(road)) {
+    try {
+      for (const fs::path& own : named_tables(load_json(road)))
+        if (fs::exists(own) && fs::equivalent(own, points)) return;
+    } catch (const InputError&) {  // no road that names its points
+    }
+  }
+  throw InputError("--out " + road.string() + ": its points would replace " + points.string() +
+                   ", which is another file; remove that or choose another name");
+}
+
 /// The files to be written, refused before any work.
 std::optional<fs::path> output(const po::variables_map& given, const char* name,
                                std::initializer_list<const char*> endings, const Words& inputs) {
@@ -167,8 +184,10 @@ std::optional<fs::path> output(const po::variables_map& given, const char* name,
     if (file.extension() == ending) {
       require_writable("--" + std::string(name), file, inputs);
       // write_road puts the road's points beside it.
-      if (file.extension() == ".json")
+      if (file.extension() == ".json") {
         require_writable("--" + std::string(name) + " " + *text + ", its points into", points_beside(file), inputs);
+        keep_foreign_points(file);
+      }
       return file;
     }
     known += (known.empty() ? "" : " or ") + std::string(ending);
@@ -192,15 +211,46 @@ struct Prepared {
   double tolerance = 0.0;  ///< of its smoothing [m]; 0: none
 };
 
+/// Whether smoothing may help: units, widths and heights stay wrong.
+bool says_line_is_wrong(std::string_view message) { return message.starts_with("the road "); }
+
+/// The smoothing that would make a road of what is none; 0 where its line is not what is wrong, as where it is a road
+/// until it is scaled.
+double helpful_smoothing(const Prepared& prepared, std::string_view message) {
+  if (!says_line_is_wrong(message)) return 0.0;
+  try {
+    to_track(prepared.raw);
+    return 0.0;
+  } catch (const GeometryError& error) {
+    return says_line_is_wrong(error.what()) ? helpful_tolerance(prepared.raw) : 0.0;
+  }
+}
+
+/// The message in terms of the command line.
+std::string in_options(std::string message) {
+  const std::string key = "\"bridges\": true";
+  if (const std::size_t at = message.find(key); at != std::string::npos) message.replace(at, key.size(), "--bridges");
+  return message;
+}
+
 Track make_track(const Prepared& prepared, const Words& files) {
   try {
     return to_track(prepared.road);
   } catch (const GeometryError& error) {
-    const double tolerance = helpful_tolerance(prepared.raw);
+    const double tolerance = helpful_smoothing(prepared, error.what());
     std::string hint;
     if (tolerance > prepared.tolerance) hint = format("; if that is noise: --smooth %.2g makes it a road", tolerance);
-    throw InputError(files.front() + ": " + error.what() + hint);
+    throw InputError(files.front() + ": " + in_options(error.what()) + hint);
   }
+}
+
+/// What a JSON road has and what is written has not.
+void tell_left_out(const fs::path& out, const RoadTable& road, bool changed) {
+  if (road.walls)
+    std::cerr << "walls are left out of what is written: add them to the file "
+              << (changed ? "with its own stations, sides and distances" : "as they were") << '\n';
+  if (road.start && out.extension() != ".json")
+    std::cerr << "the start is left out of what is written: a CSV has none, --out FILE.json writes it\n";
 }
 
 Prepared prepared_road(const po::variables_map& given, const Words& words) {
@@ -245,12 +295,16 @@ int run_track(Arguments args) {
     const Track track = make_track(prepared, words);
     tell(track, road);
     if (picture) write_file(*picture, picture_of(track));
-    if (car) check_car(track, *car);
-    if (out) write_road(*out, track, road);
+    if (car) check_car(track, *car, *text_of(*given, "car"));
+    if (out) {
+      write_road(*out, track, road);
+      tell_left_out(*out, road, given->contains("scale") || (*given)["reverse"].as<bool>());
+    }
   } catch (const GeometryError& error) {
     throw InputError(words.front() + ": " + error.what());
   }
-  for (const auto& file : {out, picture})
+  const bool points = out && out->extension() == ".json";
+  for (const auto& file : {out, points ? std::optional(points_beside(*out)) : std::nullopt, picture})
     if (file) std::cout << "written           " << file->string() << '\n';
   return good;
 }

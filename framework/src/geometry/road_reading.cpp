@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
@@ -140,17 +141,19 @@ bool has_three_lines(const fs::path& file) {
   return lower_ending(file) == ".csv" && why_unreadable(file).empty() && read_csv(file).find("x_center_m") >= 0;
 }
 
-/// What a JSON road has and a table of points has not.
-void tell_left_out(const Track& track, std::vector<std::string>& remarks) {
-  bool walls = false;
+bool has_walls(const Track& track) {
   for (int i = 0; i < 1000; ++i)
     for (const double n : {1e-3, -1e-3})
-      walls = walls || std::isfinite(track.wall_clearance({track.length() * i / 1000, n, 0.0, 0.0}));
-  if (walls) remarks.push_back("walls are left out of what is written: add them to the file as they were");
+      if (std::isfinite(track.wall_clearance({track.length() * i / 1000, n, 0.0, 0.0}))) return true;
+  return false;
+}
+
+/// The start of a road, if it is elsewhere than at the first point.
+std::optional<Pose> own_start(const Track& track) {
   const CurvePoint first = track.at(0.0);
   const Pose start = track.start();
-  if (start.x != first.x || start.y != first.y || start.yaw != first.yaw)
-    remarks.push_back("the start is left out of what is written: add it to the file as it was");
+  if (start.x == first.x && start.y == first.y && start.yaw == first.yaw) return std::nullopt;
+  return start;
 }
 
 RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading, std::vector<std::string>& remarks) {
@@ -207,7 +210,8 @@ RoadTable read_road(std::span<const fs::path> files, const RoadReading& reading,
     road = sampled(track, std::max(0.05 * track.narrowest(), track.length() / 20000.0));
     road.name = track.name();
     remarks.insert(remarks.end(), track.remarks().begin(), track.remarks().end());
-    tell_left_out(track, remarks);
+    road.start = own_start(track);
+    road.walls = has_walls(track);
   } else {
     road = from_trace(files[0], reading, remarks);
   }

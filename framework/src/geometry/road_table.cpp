@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <sstream>
 
@@ -9,6 +10,7 @@
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline {
@@ -31,6 +33,7 @@ void scale(RoadTable& road, double factor) {
   for (PlanePoint& p : road.points) p = {factor * p.x, factor * p.y};
   for (std::vector<double>* column : {&road.right, &road.left, &road.height})
     for (double& value : *column) value *= factor;
+  if (road.start) road.start = Pose{factor * road.start->x, factor * road.start->y, road.start->yaw};
 }
 
 void reverse(RoadTable& road) {
@@ -41,6 +44,7 @@ void reverse(RoadTable& road) {
   std::swap(road.right, road.left);
   for (std::vector<double>* column : {&road.grade, &road.bank})
     for (double& value : *column) value = -value;
+  if (road.start) road.start->yaw = wrap_angle(road.start->yaw + std::numbers::pi);
 }
 
 std::vector<WidthStep> width_steps(const RoadTable& road) {
@@ -73,6 +77,7 @@ Track to_track(const RoadTable& road) {
   if (road.grade.empty() && !road.height.empty()) shape.grade = grade_from_heights(length, stations, road.height);
   shape.points = ClosedPolyline(road.points);
   shape.bridges = road.bridges;
+  shape.start = road.start;
   return Track(std::move(shape));
 }
 
@@ -104,8 +109,12 @@ void write_road(const fs::path& out, const Track& track, const RoadTable& road) 
     if (word.back() == '\n') word.pop_back();
     return word;
   };
+  std::string start;
+  if (road.start && check_start(track, *road.start).empty())
+    start = format(",\n  \"start\": {\"x\": %.17g, \"y\": %.17g, \"yaw\": %.17g}", road.start->x, road.start->y,
+                   road.start->yaw);
   write_file(out, "{\n  \"name\": " + quoted(track.name()) + ",\n  \"centre\": " + quoted(csv.filename().string()) +
-                      (road.bridges ? ",\n  \"bridges\": true" : "") + "\n}\n");
+                      (road.bridges ? ",\n  \"bridges\": true" : "") + start + "\n}\n");
 }
 
 }  // namespace gripline

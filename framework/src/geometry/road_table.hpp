@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,9 @@ struct RoadTable {
   std::vector<double> right, left;  ///< half widths [m]
   std::vector<double> height;       ///< [m]; empty where the file has none
   std::vector<double> grade, bank;  ///< [rad] as in TrackShape; empty where the file has none
+  std::optional<Pose> start;        ///< of races, if elsewhere than at the first point
   bool bridges = false;
+  bool walls = false;       ///< the road has walls, which are not in the table
   bool edges_known = true;  ///< false: a trace between edges that nobody measured, with a width from elsewhere
 
   std::size_t size() const { return points.size(); }
@@ -44,8 +47,8 @@ std::vector<WidthStep> width_steps(const RoadTable& road);
 /// Throws GeometryError (Track).
 Track to_track(const RoadTable& road);
 
-/// x_m,y_m,w_tr_right_m,w_tr_left_m,grade_rad,bank_rad, and for bridges a JSON file that names the CSV: what load_track
-/// reads. `out` ends in .csv or .json; the CSV lies beside a .json. Throws GeometryError where a CSV alone cannot say
+/// x_m,y_m,w_tr_right_m,w_tr_left_m,grade_rad,bank_rad, and for bridges and a start a JSON file that names the CSV: what
+/// load_track reads. `out` ends in .csv or .json; the CSV lies beside a .json. Throws GeometryError where a CSV alone cannot say
 /// that crossings are bridges.
 void write_road(const std::filesystem::path& out, const Track& track, const RoadTable& road);
 

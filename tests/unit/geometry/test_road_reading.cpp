@@ -148,14 +148,17 @@ TEST_F(RoadFiles, AGpxTraceIsCutAfterALap) {
   EXPECT_NEAR(track.grade(0.0), std::atan(5.0 / 300.0), 5e-4);
 }
 
-TEST_F(RoadFiles, WallsAndStartOfAJsonRoadAreToldToBeLeftOut) {
+TEST_F(RoadFiles, WallsAndStartOfAJsonRoadAreKnown) {
   write_file(scratch_ / "walls.json",
              R"({"segments": [{"arc": {"radius": 40, "turn": "360 deg"}}], "half_width": 3,
                  "walls": {"left": 2}, "start": {"x": 5, "y": 1, "yaw": 0}})");
-  read({scratch_ / "walls.json"});
-  EXPECT_THAT(remarks_, ::testing::ElementsAre(HasSubstr("walls are left out"), HasSubstr("the start is left out")));
+  const RoadTable walled = read({scratch_ / "walls.json"});
+  EXPECT_TRUE(walled.walls);
+  ASSERT_TRUE(walled.start);
+  EXPECT_EQ(walled.start->x, 5.0);
   write_file(scratch_ / "plain.json", R"({"segments": [{"arc": {"radius": 40, "turn": "360 deg"}}], "half_width": 3})");
-  read({scratch_ / "plain.json"});
+  const RoadTable plain = read({scratch_ / "plain.json"});
+  EXPECT_FALSE(plain.walls || plain.start);
   EXPECT_TRUE(remarks_.empty());
 }
 

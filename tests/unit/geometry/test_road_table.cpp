@@ -67,6 +67,21 @@ TEST(RoadTable, ABridgeSurvivesBeingWritten) {
   EXPECT_NEAR(again.length(), track.length(), 1e-3);
 }
 
+TEST(RoadTable, AStartIsScaledTurnedAndWritten) {
+  RoadTable road = test::ellipse();
+  road.start = Pose{0.0, 61.0, std::numbers::pi};
+  scale(road, 0.5);
+  reverse(road);
+  EXPECT_EQ(road.start->x, 0.0);
+  EXPECT_EQ(road.start->y, 30.5);
+  EXPECT_NEAR(road.start->yaw, 0.0, 1e-15);
+  const testing_support::Folder scratch;
+  write_road(scratch / "ellipse.json", to_track(road), road);
+  const Pose start = load_track(scratch / "ellipse.json").start();
+  EXPECT_EQ(start.y, 30.5);
+  EXPECT_EQ(start.yaw, road.start->yaw);
+}
+
 /// Two straights of 300 m with 6 points each, two half circles of 15 m radius with 12.
 RoadTable few_points_on_the_straights() {
   RoadTable road;
