@@ -52,17 +52,35 @@ std::string check_patch(const FrictionSpec::Patch& patch, std::size_t number, do
   return {};
 }
 
-double at_time(const std::vector<FrictionSpec::PointInTime>& points, double t) {
+/// A sudden change belongs to the step that begins at its time, whatever rounding makes of either; `near` is what may
+/// lie between [s].
+double at_time(const std::vector<FrictionSpec::PointInTime>& points, double t, double near) {
   if (points.empty()) return 1.0;
-  if (t < points.front().t) return points.front().factor;
-  const auto next =
-      std::upper_bound(points.begin(), points.end(), t, [](double time, const auto& point) { return time < point.t; });
+  const auto after = [&](double time) {
+    return std::upper_bound(points.begin(), points.end(), time,
+                            [](double a, const auto& point) { return a < point.t; });
+  };
+  const auto next = after(t);
+  if (next != points.end() && next->t - t < near)
+    if (const auto last = after(next->t); last - next > 1) return (last - 1)->factor;
+  if (next == points.begin()) return points.front().factor;
   if (next == points.end()) return points.back().factor;
   const auto& from = *(next - 1);
   return from.factor + (t - from.t) / (next->t - from.t) * (next->factor - from.factor);
 }
 
+/// Whether a shift is no whole number of control steps although steps are counted.
+std::string check_shift(const FrictionSpec& spec, double shift, double dt) {
+  if (!spec.per_step || std::abs(std::round(shift / dt) * dt - shift) <= 1e-9 * std::max(1.0, std::abs(shift)))
+    return {};
+  return format("friction shift_per_seed %g s is no whole number of control steps of %g s", spec.shift_per_seed, dt);
+}
+
 }  // namespace
+
+std::string check_shift_per_seed(const FrictionSpec& spec, double dt) {
+  return check_shift(spec, spec.shift_per_seed, dt);
+}
 
 std::string check_friction(const FrictionSpec& spec, double track_length) {
   if (std::string bad = check_points(spec.points); !bad.empty()) return bad;
@@ -76,24 +94,22 @@ std::string check_friction(const FrictionSpec& spec, double track_length) {
   return {};
 }
 
-FrictionSchedule::FrictionSchedule(FrictionSpec spec, double dt, std::uint64_t seed) : spec_(std::move(spec)) {
+FrictionSchedule::FrictionSchedule(FrictionSpec spec, double dt, std::uint64_t seed)
+    : spec_(std::move(spec)), near_(1e-6 * dt) {
   if (const std::string bad = check_friction(spec_); !bad.empty()) throw std::invalid_argument(bad);
   const double shift = spec_.shift_per_seed * (static_cast<double>(seed) - 1.0);
   for (auto& point : spec_.points) point.t += shift;
   for (auto& patch : spec_.patches) patch.from_t += shift;
   if (spec_.per_step && shift != 0.0) {
+    if (const std::string bad = check_shift(spec_, shift, dt); !bad.empty()) throw std::invalid_argument(bad);
     const double steps = std::round(shift / dt);
-    if (std::abs(steps * dt - shift) > 1e-9 * std::max(1.0, std::abs(shift))) {
-      throw std::invalid_argument(
-          format("friction shift_per_seed %g s is no whole number of control steps of %g s", spec_.shift_per_seed, dt));
-    }
     spec_.per_step->start_step += static_cast<std::int64_t>(steps);
     if (spec_.per_step->end_step) *spec_.per_step->end_step += static_cast<std::int64_t>(steps);
   }
 }
 
 double FrictionSchedule::base(std::int64_t step, double t) const {
-  double factor = at_time(spec_.points, t);
+  double factor = at_time(spec_.points, t, near_);
   if (spec_.per_step) {
     const std::int64_t last = std::min(step, spec_.per_step->end_step.value_or(step));
     const std::int64_t times = last - spec_.per_step->start_step + 1;
@@ -106,7 +122,7 @@ double FrictionSchedule::base(std::int64_t step, double t) const {
 double FrictionSchedule::factor(std::int64_t step, double t, double s) const {
   double factor = base(step, t);
   for (const FrictionSpec::Patch& patch : spec_.patches) {
-    if (t < patch.from_t) continue;
+    if (t < patch.from_t - near_) continue;
     const bool inside =
         patch.from_s < patch.to_s ? s >= patch.from_s && s < patch.to_s : s >= patch.from_s || s < patch.to_s;
     if (inside) factor *= patch.factor;

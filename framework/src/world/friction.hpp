@@ -35,6 +35,8 @@ struct FrictionSpec {
 
 /// One line saying why the schedule makes no sense; empty if it does. `track_length` 0 leaves stations unchecked.
 std::string check_friction(const FrictionSpec& spec, double track_length = 0.0);
+/// One line saying that shift_per_seed is no whole number of control steps although steps are counted; empty if it is.
+std::string check_shift_per_seed(const FrictionSpec& spec, double dt);
 
 class FrictionSchedule {
  public:
@@ -51,6 +53,7 @@ class FrictionSchedule {
 
  private:
   FrictionSpec spec_;
+  double near_ = 0.0;  ///< [s] instants so near are the same
 };
 
 }  // namespace gripline

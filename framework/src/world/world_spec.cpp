@@ -175,7 +175,13 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors,
   world.hold = r.choice<Hold>("input_hold", {{"zoh", Hold::zoh}, {"foh", Hold::foh}, {"rate", Hold::rate}}, Hold::zoh);
   if (const Node* plant = r.require("plant", "a vehicle model or a plant"); plant != nullptr)
     read_plant(*plant, registry, world, errors);
-  if (const Node* friction = r.find("friction"); friction != nullptr) world.friction = read_friction(*friction, errors);
+  if (const Node* friction = r.find("friction"); friction != nullptr) {
+    world.friction = read_friction(*friction, errors);
+    if (const std::string problem = check_shift_per_seed(world.friction, world.dt); !problem.empty()) {
+      const Node* const shift = friction->is_object() ? friction->find("shift_per_seed") : nullptr;
+      errors.add((shift != nullptr ? *shift : *friction).origin, problem);
+    }
+  }
   if (const Node* sensors = r.find("sensors"); sensors != nullptr)
     world.sensors = read_sensors(*sensors, world.dt, errors);
   (void)r.find("nominal_uncertainty");  // how far diagnose trusts the model's parameters

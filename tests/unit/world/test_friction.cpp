@@ -112,11 +112,28 @@ TEST(Friction, SeedsShiftTheDrop) {
   EXPECT_DOUBLE_EQ(second.factor(0, 3.0, 0.5), 0.5);
 }
 
+/// 0.1 s times 3 is more than 15 steps of 0.02 s by rounding: what changes then changes with that step.
+TEST(Friction, RoundingDelaysNothing) {
+  const FrictionSpec spec = parse(R"({"points": [{"t": 0, "factor": 1}, {"t": 0, "factor": 0.8}],
+      "patches": [{"from_s": 0, "to_s": 1, "factor": 0.5}], "shift_per_seed": 0.1})");
+  for (std::uint64_t seed = 2; seed < 60; ++seed) {
+    const FrictionSchedule schedule(spec, kDt, seed);
+    const auto step = static_cast<std::int64_t>(5 * (seed - 1));
+    const auto at = [&](std::int64_t k) { return schedule.factor(k, kDt * static_cast<double>(k), 0.5); };
+    EXPECT_EQ(at(step - 1), 1.0) << seed;
+    EXPECT_EQ(at(step), 0.4) << seed;
+  }
+}
+
 TEST(Friction, AShiftThatIsNoWholeNumberOfStepsIsRefused) {
   FrictionSpec spec = shipped("ethz_drop_times");
   spec.shift_per_seed = 0.81;
   EXPECT_NO_THROW(FrictionSchedule(spec, kDt, 1));
   EXPECT_THROW(FrictionSchedule(spec, kDt, 2), std::invalid_argument);
+  EXPECT_THAT(check_shift_per_seed(spec, kDt), HasSubstr("0.81 s is no whole number of control steps of 0.02 s"));
+  EXPECT_EQ(check_shift_per_seed(spec, 0.01), "");
+  spec.per_step.reset();
+  EXPECT_EQ(check_shift_per_seed(spec, kDt), "");
 }
 
 TEST(Friction, RefusalsSayWhatAndWhere) {
