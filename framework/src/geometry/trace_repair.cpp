@@ -76,10 +76,10 @@ class LapEnd {
   }
   /// Whether find() saw the trace leave the start again.
   bool goes_on() const { return goes_on_; }
-  /// Whether a point lies ahead of the first.
-  bool ahead(const PlanePoint& point) const {
-    const PlanePoint u = way(0, 1).value_or(PlanePoint{});
-    return (point.x - p_[0].x) * u.x + (point.y - p_[0].y) * u.y > 0.0;
+  /// How far a point lies ahead of the first [m].
+  double ahead(const PlanePoint& point) const {
+    const PlanePoint u = way(0, 1).value_or(PlanePoint{1.0, 0.0});
+    return ((point.x - p_[0].x) * u.x + (point.y - p_[0].y) * u.y) / std::hypot(u.x, u.y);
   }
 
  private:
@@ -117,17 +117,22 @@ void close_heights_at(RoadTrace& trace, std::size_t k, std::vector<std::string>&
 }
 
 /// Cuts a trace that continues after a lap where it comes nearest to its start again. The last point of a surveyed road
-/// may be as near to the first as any other step: it stays.
+/// may be as near to the first as any other step: it stays, as does the nearest point of a trace that is half a usual
+/// step and more before the first.
 void cut_after_a_lap(RoadTrace& trace, double near, bool surveyed, std::vector<std::string>& remarks) {
   const std::size_t n = trace.points.size();
-  LapEnd lap(trace.points, std::max(near, 0.6 * step_quantile(trace.points, 0.5)), surveyed);
+  const double step = step_quantile(trace.points, 0.5);
+  LapEnd lap(trace.points, std::max(near, 0.6 * step), surveyed);
   const std::optional<std::size_t> nearest = lap.find();
   if (!nearest) return;
-  if (surveyed && !lap.goes_on() && (n - *nearest < 2 || !lap.ahead(trace.points.back()))) return;
-  if (n - *nearest > 2 || surveyed)
-    remarks.push_back(format("the trace goes on for %zu points after a lap: left out", n - *nearest));
+  if (surveyed && !lap.goes_on() && (n - *nearest < 2 || !(lap.ahead(trace.points.back()) > 0.0))) return;
+  // Otherwise the nearest point would repeat the first.
+  const bool distinct = !surveyed && lap.ahead(trace.points[*nearest]) <= -0.5 * step;
+  const std::size_t kept = distinct ? *nearest + 1 : *nearest;
+  if (n - kept > 2 || surveyed)
+    remarks.push_back(format("the trace goes on for %zu points after a lap: left out", n - kept));
   close_heights_at(trace, *nearest, remarks);
-  keep_first(trace, *nearest);  // the nearest point would repeat the first
+  keep_first(trace, kept);
 }
 
 /// An open line is closed by a cubic that leaves its end and meets its start along them.

@@ -57,6 +57,15 @@ TEST(TraceRepair, ADriveThatTurnsRoundAfterItsLapIsCut) {
   EXPECT_NEAR(static_cast<double>(trace.points.size()), 200.0, 1.0);
 }
 
+/// Points 10 m apart on a road 12 m wide: the last is near the first, and a step before it.
+TEST(TraceRepair, TheLastPointOfAClosedTraceIsKept) {
+  for (const int turned : {0, 1, 17, 50}) {
+    RoadTrace trace = ellipse_trace(100, [&](int i) { return 2 * pi * (i + turned) / 100; });
+    EXPECT_TRUE(remarks_of(trace, drive).empty());
+    EXPECT_EQ(trace.points.size(), 100u) << turned;
+  }
+}
+
 TEST(TraceRepair, ALoggerThatStandsBeforeItsLapsIsNoCourse) {
   for (const double jitter : {0.05, 0.3}) {
     std::mt19937 random(3);
