@@ -188,7 +188,12 @@ void print_claims(std::ostream& out, std::span<const ClaimResult> claims) {
 }  // namespace
 
 std::string cell_text(const std::optional<double>& value, const char* pattern) {
-  return !value || std::isnan(*value) ? "-" : format(pattern, *value);
+  if (!value || std::isnan(*value)) return "-";
+  std::string shown = pattern;
+  // A car that left the plane by light years fills no line with digits.
+  if (const std::size_t digits = shown.find('.'); std::abs(*value) >= 1e6 && shown.find('f') == digits + 2)
+    shown.replace(digits, 3, ".4g");
+  return format(shown.c_str(), *value);
 }
 
 void print_aligned(std::ostream& out, const std::vector<std::vector<std::string>>& rows) {

@@ -34,7 +34,10 @@ Frame cut(const Track& track, const RacingLineOptions& options, std::size_t coun
     if (!(frame.lower.back() < frame.upper.back()))
       throw GeometryError(
           format("no racing line: at s = %.4g m the road is %.4g m wide, the car with its margins %.4g m", point.s,
-                 track.half_width_right(point.s) + track.half_width_left(point.s), 2.0 * keep));
+                 track.half_width_right(point.s) + track.half_width_left(point.s), 2.0 * keep) +
+          (options.margin > 0.0
+               ? format("; the planner's \"margin\" is %.4g m of that on both sides, less of it may do", options.margin)
+               : ""));
   }
   return frame;
 }

@@ -306,7 +306,9 @@ std::optional<Track> read_track(const Node& node, Errors& errors) {
     if (node.is_text()) {
       const std::string why = why_no_input(node, input_endings);
       if (why.empty()) return load_track(resolve_path(node));
-      errors.add(node.origin, '"' + node.text() + "\": " + why);
+      const bool foreign = node.text().ends_with(".gpx") || node.text().ends_with(".xodr");
+      errors.add(node.origin, '"' + node.text() + "\": " + why +
+                                  (foreign ? "; gripline track FILE --out ROAD.json makes a road of it" : ""));
       return std::nullopt;
     }
     if (node.is_object()) return read_object(node, errors, "track");

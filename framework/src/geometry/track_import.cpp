@@ -56,13 +56,19 @@ std::vector<PlanePoint> points_of(const CsvTable& table, const char* x_name, con
   return points;
 }
 
+/// What roads as people have them say and this format does not.
+constexpr std::array<std::string_view, 7> columns_of_traces{"z_m", "lat", "lon", "ele", "latitude", "longitude", "z"};
+
 void check_columns(const CsvTable& table, std::span<const std::string> known) {
   for (const std::string& name : table.header) {
     if (name.find_first_not_of("+-.0123456789eE") == std::string::npos) {
       refuse(table, 1, "the first line must name the columns: x_m,y_m,w_tr_right_m,w_tr_left_m");
     }
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      refuse(table, 1, "unknown column \"" + name + "\"" + did_you_mean(name, known));
+      const bool trace = std::ranges::find(columns_of_traces, name) != columns_of_traces.end();
+      refuse(table, 1,
+             "unknown column \"" + name + "\"" +
+                 (trace ? "; gripline track FILE.csv --out ROAD.json makes a road of it" : did_you_mean(name, known)));
     }
     if (std::count(table.header.begin(), table.header.end(), name) > 1)
       refuse(table, 1, "column \"" + name + "\" is there twice");

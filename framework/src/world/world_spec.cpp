@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "config/file_kind.hpp"
+#include "config/files.hpp"
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
 #include "geometry/racing_line.hpp"
@@ -207,6 +208,9 @@ void require_vehicle_model(const WorldSpec& world, std::string_view who) {
 }
 
 Node load_world(const std::filesystem::path& file, const std::optional<std::filesystem::path>& track) {
+  if (file.extension() == ".csv" && why_unreadable(file).empty())
+    throw InputError(
+        {Diagnostic{.file = shown(file), .message = "is a table, expected a world; a road is the \"track\" of one"}});
   Node tree = load_json(file);
   expect_kind(tree, FileKind::world);
   if (track) {

@@ -73,6 +73,13 @@ TEST(RacePrinting, FromSixRunsTheEndsAreAnInterval) {
                                Not(HasSubstr("no 95 %"))));
 }
 
+TEST(RacePrinting, HugeNumbersAreShort) {
+  EXPECT_EQ(cell_text(1.23456e55, "%.4f m"), "1.235e+55 m");
+  EXPECT_EQ(cell_text(-2e7, "%+.3f"), "-2e+07");
+  EXPECT_EQ(cell_text(999999.4, "%.2f s"), "999999.40 s");
+  EXPECT_EQ(cell_text(1.5e7, "%.4g"), "1.5e+07");
+}
+
 using RacePrintingInCommaLocale = InCommaLocale;
 
 TEST_F(RacePrintingInCommaLocale, CellsHavePoints) {

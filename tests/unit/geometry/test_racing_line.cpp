@@ -20,6 +20,7 @@ namespace gripline {
 namespace test_racing_line {
 
 using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kCarWidth = 0.03;
@@ -198,6 +199,11 @@ TEST(RacingLine, RespectsACurvatureBound) {
 TEST(RacingLine, ARoadTooNarrowForTheCarIsRefused) {
   EXPECT_THROW(minimum_curvature_line(ring(1.0, 0.2), {.car_width = 0.4}), GeometryError);
   EXPECT_THROW(minimum_curvature_line(ring(1.0, 0.2), {.car_width = 0.2, .margin = 0.1}), GeometryError);
+}
+
+TEST(RacingLine, WhatThePlannersMarginTakesIsSaid) {
+  EXPECT_THAT([] { minimum_curvature_line(ring(1.0, 0.2), {.car_width = 0.2, .margin = 0.15}); },
+              ThrowsMessage<GeometryError>(HasSubstr("the planner's \"margin\" is 0.15 m of that on both sides")));
 }
 
 TEST(RacingLine, TheSamplesLieOnItsCurve) {

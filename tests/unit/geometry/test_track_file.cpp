@@ -187,6 +187,17 @@ TEST(TrackFile, EdgesMayNotBecomeMorePointsThanMemoryHolds) {
               HasSubstr("/edges/spacing: 1e-05 m are 6.26e+06 points on an edge of 62.574 m, expected at most 100000"));
 }
 
+TEST(TrackFile, FormatsOfOtherToolsAreSentToGriplineTrack) {
+  const std::filesystem::path folder = testing::TempDir();
+  for (const auto& [name, text] : {std::pair{"gripline_heights.csv", "x_m,y_m,w_tr_right_m,w_tr_left_m,z_m\n"},
+                                   {"gripline_earth.csv", "lat,lon,a,b,c\n"},
+                                   {"gripline_road.gpx", "<gpx/>\n"},
+                                   {"gripline_road.xodr", "<OpenDRIVE/>\n"}}) {
+    std::ofstream(folder / name) << text << (std::string_view(name).ends_with(".csv") ? "1,2,3,4,5\n" : "");
+    EXPECT_THAT(refusal('"' + (folder / name).string() + '"'), HasSubstr("--out ROAD.json makes a road of it")) << name;
+  }
+}
+
 TEST(TrackFile, JsonRefusals) {
   EXPECT_THAT(refusal(stadium("")), HasSubstr("half_width"));
   EXPECT_THAT(refusal(stadium(R"("half_width": 0)")), HasSubstr("/half_width"));
@@ -216,6 +227,9 @@ TEST(TrackFile, JsonRefusals) {
   EXPECT_THAT(refusal('"' + points + '"'), HasSubstr("expected a file whose name ends in .json or .csv"));
   EXPECT_THAT(refusal(stadium(R"("half_width": 0.3, "grade": [{"s": 0, "grade": "2 deg"}])")),
               HasSubstr("the grade does not close: after one lap the road is 0.4988 m higher"));
+  EXPECT_THAT(
+      refusal(stadium(R"("half_width": 0.3, "height": [{"s": 0, "z": 0}, {"s": 4, "z": 0}, {"s": 4.1, "z": 3}])")),
+      HasSubstr(" rad at s = "));
   EXPECT_THAT(refusal(stadium(R"("half_width": 0.3, "bank": [{"s": 3, "bank": 0}, {"s": 2, "bank": 0}])")),
               HasSubstr("/bank: row 2 of a table by station has station 2"));
   EXPECT_THAT(

@@ -135,6 +135,11 @@ TEST(WorldSpec, ForLogsAloneNoRoadAndNoEndAreNeeded) {
   EXPECT_EQ(errors.size(), 1u);
 }
 
+TEST(WorldSpec, ARoadsTableIsNoWorld) {
+  EXPECT_THAT([] { load_world(testing_support::fixture_dir() / "tracks/oval.csv"); },
+              ::testing::ThrowsMessage<InputError>(HasSubstr("oval.csv: is a table, expected a world")));
+}
+
 TEST(WorldSpec, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why(R"({"car": null})"), HasSubstr("/car: missing, expected a car file or an object"));
   EXPECT_THAT(why(R"({"track": null})"), HasSubstr("/track: missing, expected a track file or an object"));
