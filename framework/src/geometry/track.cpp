@@ -29,7 +29,7 @@ class Squares {
     std::sort(members_.begin(), members_.end());
   }
 
-  /// The stations nearer to a place than `reach`, which is at most the size of the squares, in their order.
+  /// The stations nearer to a place than `reach`, which is at most the size of the squares, in no order.
   const std::vector<std::size_t>& near(double x, double y, double reach) {
     found_.clear();
     for (std::int64_t i = column(x) - 1; i <= column(x) + 1; ++i) {
@@ -39,7 +39,6 @@ class Squares {
         if (dx * dx + dy * dy < reach * reach) found_.push_back(member->station);
       }
     }
-    std::sort(found_.begin(), found_.end());
     return found_;
   }
 
@@ -66,7 +65,7 @@ double narrowest_half(const TrackShape& shape) {
 
 /// Every `spacing` metres, or fewer where a road that is wide for its narrowest place would take too long to compare.
 std::vector<Station> stations(const TrackShape& shape, double spacing) {
-  constexpr double fewest = 64.0, always = 6000.0, most = 400000.0, comparisons = 2e7;
+  constexpr double fewest = 64.0, always = 6000.0, most = 400000.0, comparisons = 1e7;
   const double length = shape.centre.length();
   const double bearable = std::clamp(std::sqrt(comparisons * length / widest_half(shape)), always, most);
   const auto count = static_cast<std::size_t>(std::clamp(std::ceil(length / spacing), fewest, bearable));
@@ -134,7 +133,9 @@ std::vector<Crossing> find_crossings(const TrackShape& shape, const std::vector<
   Squares squares(road, 3.0 * step);
   for (std::size_t i = 0; i < n; ++i) {
     const CurvePoint &a = road[i].centre, &b = road[i + 1 == n ? 0 : i + 1].centre;
-    for (const std::size_t j : squares.near(a.x, a.y, 3.0 * step)) {
+    std::vector<std::size_t> near = squares.near(a.x, a.y, 3.0 * step);
+    std::sort(near.begin(), near.end());
+    for (const std::size_t j : near) {
       if (j < i + 2) continue;
       const CurvePoint &c = road[j].centre, &d = road[j + 1 == n ? 0 : j + 1].centre;
       if (std::abs(a.x - c.x) > 2.0 * step || std::abs(a.y - c.y) > 2.0 * step || (i == 0 && j + 1 == n)) continue;
@@ -239,7 +240,9 @@ void check_overlap(const TrackShape& shape, const std::vector<Station>& road, Sq
     for (const double offset : {here.left, -here.right}) {
       const double x = here.centre.x - offset * std::sin(here.centre.yaw);
       const double y = here.centre.y + offset * std::cos(here.centre.yaw);
+      std::size_t first = road.size();  // the first station that shares the place
       for (const std::size_t i : squares.near(x, y, reach)) {
+        if (i > first) continue;
         const Station& other = road[i];
         const double dx = x - other.centre.x, dy = y - other.centre.y;
         const double square = dx * dx + dy * dy;
@@ -254,9 +257,9 @@ void check_overlap(const TrackShape& shape, const std::vector<Station>& road, Sq
         // a wide part: it is inside that only if it is nearer to it than to its own centre line.
         const bool along = std::abs(wrap_angle(here.centre.yaw - other.centre.yaw)) < 0.5 * pi;
         if (way < pi * std::max(std::abs(offset), along ? half_width : 0.0) && !within(offset)) continue;
-        if (bridges.explain(here.centre.s, other.centre.s, road)) continue;
-        refuse_overlap(shape, here.centre, other.centre, std::abs(offset), bridges);
+        if (!bridges.explain(here.centre.s, other.centre.s, road)) first = i;
       }
+      if (first < road.size()) refuse_overlap(shape, here.centre, road[first].centre, std::abs(offset), bridges);
     }
   }
 }
@@ -269,19 +272,20 @@ void check_retrace(const TrackShape& shape, const std::vector<Station>& road, Sq
   const double length = shape.centre.length();
   for (std::size_t i = 0; i < road.size(); ++i) {
     const CurvePoint& here = road[i].centre;
+    std::size_t first = road.size();
     for (const std::size_t j : squares.near(here.x, here.y, together * std::min(road[i].left, road[i].right))) {
-      if (j <= i) continue;
+      if (j <= i || j > first) continue;
       const CurvePoint& other = road[j].centre;
       const double width = std::min(std::min(road[i].left, road[i].right), std::min(road[j].left, road[j].right));
       const double dx = here.x - other.x, dy = here.y - other.y;
       if (dx * dx + dy * dy >= together * together * width * width) continue;
       const double way = std::abs(wrap_difference(here.s - other.s, length));
       if (way <= 2.0 * width && std::abs(wrap_angle(here.yaw - other.yaw)) < turned) continue;
-      if (bridges.explain(here.s, other.s, road)) continue;
-      throw GeometryError(
-          format("the road runs over itself: it is at (%.4g, %.4g) at s = %.4g m and again at s = %.4g m", here.x,
-                 here.y, here.s, other.s));
+      if (!bridges.explain(here.s, other.s, road)) first = j;
     }
+    if (first == road.size()) continue;
+    throw GeometryError(format("the road runs over itself: it is at (%.4g, %.4g) at s = %.4g m and again at s = %.4g m",
+                               here.x, here.y, here.s, road[first].centre.s));
   }
 }
 
