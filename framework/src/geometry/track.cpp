@@ -329,7 +329,7 @@ void check_height(const TrackShape& shape) {
 }
 
 /// " at s = 12.3 m", where a table has a value of this size; "" if it is constant.
-std::string where(const StationTable& table, double size) {
+std::string station_text(const StationTable& table, double size) {
   for (const double s : table.stations())
     if (std::abs(table.at(s)) == std::abs(size)) return format(" at s = %.5g m", s);
   return "";
@@ -340,7 +340,7 @@ void check_widths(const TrackShape& shape) {
     if (!(table->minimum() > 0.0) || !std::isfinite(table->maximum())) {
       throw GeometryError(format("the %s half width is %.4g m%s, expected more than 0",
                                  table == &shape.half_width_right ? "right" : "left", table->minimum(),
-                                 where(*table, table->minimum()).c_str()));
+                                 station_text(*table, table->minimum()).c_str()));
     }
   }
   if (!(std::min(shape.wall_right.minimum(), shape.wall_left.minimum()) >= 0.0)) {
@@ -350,7 +350,8 @@ void check_widths(const TrackShape& shape) {
     const double steepest = std::max(std::abs(table->minimum()), table->maximum());
     if (!(steepest < 0.8)) {
       throw GeometryError(format("the %s is %.4g rad%s, expected less than 0.8",
-                                 table == &shape.grade ? "grade" : "bank", steepest, where(*table, steepest).c_str()));
+                                 table == &shape.grade ? "grade" : "bank", steepest,
+                                 station_text(*table, steepest).c_str()));
     }
   }
 }
