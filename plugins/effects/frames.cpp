@@ -27,11 +27,11 @@ struct Turn {
 
 constexpr auto arm_parameters() {
   using P = Arm<double>;
-  return std::tuple{param("px", &P::px, "m", {-20, 20}, "ahead of the centre of gravity"),
-                    param("py", &P::py, "m", {-20, 20}, "to the left of the centre of gravity")};
+  return std::tuple{param("px", &P::px, "m", {-20, 20}, "ahead of the centre of gravity").fit(0, 0.02, 0.05),
+                    param("py", &P::py, "m", {-20, 20}, "to the left of the centre of gravity").fit(0, 0.02, 0.05)};
 }
 constexpr auto turn_parameters() {
-  return std::tuple{param("a", &Turn<double>::a, "rad", {-3.2, 3.2}, "turned to the left")};
+  return std::tuple{param("a", &Turn<double>::a, "rad", {-3.2, 3.2}, "turned to the left").fit(0, 0.01, 0.02)};
 }
 
 class PoseLever final : public gripline::AutoDiffReading<PoseLever> {

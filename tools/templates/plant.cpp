@@ -21,7 +21,7 @@ class NewPlugin final : public gripline::Plant {
                       param("k_r", &Params::k_r, "1/s", {0, 100}, "resistance over speed")};
   }
   NewPlugin(const gripline::PluginContext& context, const Params& params) : car_(context.car), k_(params) {}
-  void reset(const State& x, const gripline::Ground& /*ground*/) override { x_ = x; }
+  void reset(const State& x, const gripline::Ground& /*ground*/) override { x_ = x, front_ = rear_ = 0; }
   State advance(double d, double delta, double dt, const gripline::Ground& ground) override {
     const int steps = std::max(1, static_cast<int>(std::ceil(dt / 1e-3)));  // of 1 ms: stable at rest too
     const double h = dt / steps, g = gripline::gravity, lf = car_.lf, lr = car_.lr;

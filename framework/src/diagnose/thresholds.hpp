@@ -219,6 +219,10 @@ inline constexpr double noise_converged = 0.3;
 /// Samples that a channel must at least be late, and surely (the near end of its interval). Larger: shorter delays
 /// pass for effects of the car; smaller: noise passes for a delay.
 inline constexpr double least_delay = 1.0, surely_late = 0.5;
+/// Samples by which a delay of place or yaw that was taken off may at least still be wrong (a standard deviation; twice
+/// it at most). Smaller: what is left of it passes for something unknown; larger: effects that move readings along the
+/// way hide in it.
+inline constexpr double left_of_delay = 0.25;
 /// Probability that the interval misses the delay: a delay is named in front of everything else, so that each of the
 /// two groups of channels has half of the verdicts' false alarms (1 %). Larger: coloured noise passes for a delay.
 inline constexpr double false_delay = 0.005;

@@ -35,7 +35,7 @@ std::string even_out_lap(std::span<const PlanePoint> points, std::span<double> h
   const double slope =
       std::max(std::abs(heights[1] - heights[0]) / first, std::abs(heights[k] - heights[k - 1]) / last);
   const double drift = heights[k] - heights[0];
-  if (std::abs(drift) <= slope * distance(points[0], points[k]) + 1e-3 * std::min(first, last)) return {};
+  if (std::abs(drift) <= slope * distance(points[0], points[k]) + 1e-2 * std::min(first, last)) return {};
   return take_drift_off(points.first(k), heights.first(k), drift);
 }
 

@@ -4,8 +4,8 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
-#include <vector>
 
 namespace gripline::measured {
 
@@ -16,36 +16,18 @@ struct PlaneMotion {
   double dt = 0;  // [s]
 };
 
-/// Sums of squares at every lag, by blocks of the log. At each lag least squares of
-///   place(t + w) - place(t) = (1 + scale) R(turn) integral of velocity + lever (heading(t + w) - heading(t))
-/// by the scale of the speeds, the turn of their axes and where on the car the place is read.
-class DisplacementLag {
- public:
-  explicit DisplacementLag(const PlaneMotion& motion);
-
-  std::size_t blocks() const { return blocks_; }
-  /// Lag with the least sum of squares when blocks count so often each [s]; positive: the velocity is later.
-  /// `correlation`: of what the place moves and what the velocity says, at that lag.
-  double best(std::span<const int> weight, double* correlation = nullptr) const;
-  /// Whether a lag is nearer than a step to the end of those that are tried.
-  bool is_at_end(double lag) const;
-
- private:
-  static constexpr std::size_t unknowns = 4, terms = unknowns + 1;  // and the displacement itself
-  struct Sums {
-    double product[terms][terms] = {};  // lower half
-    double moved = 0;                   // squared displacements
-    double rows = 0;
-    void add(const double (&row)[terms]);
-    void add(const Sums& other, double weight);
-    double rest() const;  // sum of squares that is left, over the rows
-  };
-  void add_lag(const PlaneMotion& motion, std::size_t lag, std::size_t block);
-
-  double dt_;
-  long first_ = 0;  // lag, in steps
-  std::size_t blocks_ = 0, lags_ = 0;
-  std::vector<Sums> sums_;  // by block and lag
+struct DisplacementLag {
+  double seconds = 0;      // positive: the velocity is the later one
+  double sigma = 0;        // standard deviation by blocks of at most ten seconds [s]
+  std::size_t blocks = 0;  // there are
+  double explained = 0;    // share of the squared displacements that the velocity explains
 };
+
+/// The lag with the least squares of
+///   place(t + w) - place(t) = (1 + scale) R(turn) integral of velocity + lever (heading(t + w) - heading(t))
+/// by the scale of the speeds, the turn of their axes, and where on the car the place is read. Nothing where the car
+/// drives at nearly one speed, at which such a lever and a lag are the same, where fewer than three blocks have been
+/// read, and where the best lag is as far as they are tried, 1.2 s.
+std::optional<DisplacementLag> displacement_lag(const PlaneMotion& motion);
 
 }  // namespace gripline::measured

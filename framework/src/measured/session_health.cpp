@@ -171,34 +171,26 @@ struct OneMotion {
   const Values& sum;
 };
 
-/// The delay of most correlation or least squares, with its interval by blocks drawn anew.
-template <class Lags>
-void set_delay(const Lags& lags, Delay& delay) {
+/// `motion`: where both channels show one. Whether it was found.
+bool add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel, const Values& late,
+               const char* against, const Values& early, const std::optional<OneMotion>& motion) {
+  constexpr double least_correlation = 0.5;
   constexpr int draws = 200;
-  delay.blocks = lags.blocks();
-  delay.seconds = lags.best(std::vector<int>(lags.blocks(), 1), &delay.correlation);
+  const LagSums sums(manoeuvres(late, grid.dt), manoeuvres(early, grid.dt), grid.dt);
+  Delay delay{channel, against, 0, 0, 0, 0, motion.has_value(), sums.blocks()};
+  delay.seconds = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
+  if (!(delay.correlation > least_correlation)) return false;
+  if (sums.is_at_end(delay.seconds)) return false;
   std::mt19937 random(1);
   Values drawn;
   for (int i = 0; i < draws; ++i) {
-    std::vector<int> weight(lags.blocks(), 0);
-    for (std::size_t b = 0; b < lags.blocks(); ++b) ++weight[random() % lags.blocks()];
-    drawn.push_back(lags.best(weight));
+    std::vector<int> weight(sums.blocks(), 0);
+    for (std::size_t b = 0; b < sums.blocks(); ++b) ++weight[random() % sums.blocks()];
+    drawn.push_back(sums.best(weight));
   }
   std::sort(drawn.begin(), drawn.end());
   delay.low = std::min(drawn[static_cast<std::size_t>(0.025 * draws)], delay.seconds);
   delay.high = std::max(drawn[static_cast<std::size_t>(0.975 * draws)], delay.seconds);
-}
-
-constexpr double least_correlation = 0.5;
-
-/// `motion`: where both channels show one. Whether it was found.
-bool add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel, const Values& late,
-               const char* against, const Values& early, const std::optional<OneMotion>& motion) {
-  const LagSums sums(manoeuvres(late, grid.dt), manoeuvres(early, grid.dt), grid.dt);
-  Delay delay{channel, against, 0, 0, 0, 0, motion.has_value(), 0};
-  const double at = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
-  if (!(delay.correlation > least_correlation) || sums.is_at_end(at)) return false;
-  set_delay(sums, delay);
   // Where the two differ by more, it is no pure delay that makes the channels differ.
   constexpr double agree = 0.5;  // of a step
   if (motion)
@@ -211,23 +203,27 @@ bool add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
   return true;
 }
 
+/// A channel as it would be without its delay.
+Values earlier(const Values& y, double seconds, double dt) {
+  const auto whole = static_cast<std::size_t>(seconds / dt);
+  const double share = seconds / dt - static_cast<double>(whole);
+  Values out(y.size(), not_a_number);
+  for (std::size_t k = 0; k + whole + 1 < y.size(); ++k) out[k] = std::lerp(y[k + whole], y[k + whole + 1], share);
+  return out;
+}
+
 /// Velocity against place by displacements, where accelerations do not correlate: they drown in the noise of a place.
-/// `yaw_is_late`: by what the heading is late [s].
-void add_displacement_delay(std::vector<Delay>& delays, const Session& s, const Grid& grid, Values yaw,
-                            double yaw_is_late) {
-  if (yaw_is_late > 0.0) {
-    const double steps = yaw_is_late / grid.dt;
-    const auto whole = static_cast<std::size_t>(steps);
-    const double share = steps - static_cast<double>(whole);
-    for (std::size_t k = 0; k < yaw.size(); ++k)
-      yaw[k] = k + whole + 1 < yaw.size() ? std::lerp(yaw[k + whole], yaw[k + whole + 1], share) : not_a_number;
-  }
+/// Only where it is known to a few samples. `yaw`: on time.
+void add_displacement_delay(std::vector<Delay>& delays, const Session& s, const Grid& grid, const Values& yaw) {
   const Values x = grid.channel(s, Channel::x), y = grid.channel(s, Channel::y), vx = grid.channel(s, Channel::vx),
                vy = grid.channel(s, Channel::vy);
-  const DisplacementLag lags({x, y, yaw, vx, vy, grid.dt});
-  Delay delay{"velocity", "position", 0, 0, 0, 0, true, 0};
-  set_delay(lags, delay);
-  if (delay.correlation > least_correlation && !lags.is_at_end(delay.seconds)) delays.push_back(delay);
+  const auto lag = displacement_lag({x, y, yaw, vx, vy, grid.dt});
+  constexpr double widest = 0.05;  // [s] to either side
+  if (!lag || !(normal_95 * lag->sigma < widest)) return;
+  Delay delay{"velocity", "position", lag->seconds, 0, 0, std::sqrt(std::max(0.0, lag->explained)), true, lag->blocks};
+  delay.low = lag->seconds - normal_95 * lag->sigma;
+  delay.high = lag->seconds + normal_95 * lag->sigma;
+  delays.push_back(delay);
 }
 
 /// Way along the heading; NaN where it is not known, and then without what was gone there.
@@ -275,14 +271,14 @@ std::vector<Delay> delays_of(const Session& s) {
     place_speed = speed_of_place(grid, x, y, yaw);
     way = way_of_place(x, y, yaw);
   }
-  double yaw_is_late = 0.0;
+  Values yaw_on_time = yaw;
   if (s.has[Channel::yaw] && s.has[Channel::yaw_rate] &&
       add_delay(delays, grid, "yaw_rate", rate, "yaw", turning, OneMotion{rate, yaw}))
-    yaw_is_late = -delays.back().seconds;
+    if (const Delay& d = delays.back(); d.high < -0.5 * grid.dt) yaw_on_time = earlier(yaw, -d.seconds, grid.dt);
   if (s.has[Channel::x] && s.has[Channel::vx] &&
       !add_delay(delays, grid, "velocity", grid.rate(vx), "position", grid.rate(place_speed), OneMotion{vx, way}) &&
       s.has[Channel::yaw] && s.has[Channel::vy])
-    add_displacement_delay(delays, s, grid, yaw, yaw_is_late);
+    add_displacement_delay(delays, s, grid, yaw_on_time);
   const Values& turns = s.has[Channel::yaw] ? turning : rate;
   Values turn_asked = grid.command(s, true);
   for (std::size_t k = 0; k < grid.n; ++k) turn_asked[k] *= s.has[Channel::vx] ? vx[k] : place_speed[k];

@@ -20,7 +20,7 @@ struct Delay {
   std::size_t blocks = 0;    // drawn from
 };
 /// Yaw rate against heading, speed against place, steering and throttle against what the car does. Only pairs that
-/// correlate above 0.5.
+/// correlate above 0.5, but speed against place also where displacements tell it to 0.05 s (displacement_lag.hpp).
 std::vector<Delay> delays_of(const Session& session);
 
 /// A position that is written too early or too late once in a period, and catches up in between.

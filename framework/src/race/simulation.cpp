@@ -26,7 +26,8 @@ std::string tenths(double value) { return number_text(std::round(10 * value) / 1
 void require_finite(const std::string& who, double t, const char* what, std::initializer_list<double> numbers) {
   for (const double number : numbers)
     if (!std::isfinite(number))
-      throw PluginFailure(who + format(" at t = %f s: returned %s that is not a number", t, what));
+      throw PluginFailure(who + format(" at t = %f s: returned %s that is not ", t, what) +
+                          (std::isnan(number) ? "a number" : "finite"));
 }
 
 /// Every member of a reference: controllers may read any of them.

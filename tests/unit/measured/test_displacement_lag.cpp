@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -19,26 +21,27 @@ struct Drive {
   double speed_swing = 12;                   // [m/s]
 };
 
-struct Channels {
+struct Shown {
   std::vector<double> x, y, yaw, vx, vy;
   PlaneMotion motion() const { return {x, y, yaw, vx, vy, dt}; }
 };
 
-Channels channels_of(const Drive& drive) {
+Shown show(const Drive& drive, std::uint64_t seed = 7) {
   constexpr int fine = 20, count = 3000;
-  const auto yaw_at = [](double t) { return 1.5 * std::sin(0.25 * t) + 0.4 * std::sin(0.9 * t); };
-  const auto speed_at = [&](double t) { return 25.0 + drive.speed_swing * std::sin(0.31 * t); };
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  const double a = normal(random), b = normal(random), c = normal(random);
+  const auto yaw_at = [&](double t) { return 1.5 * std::sin(0.25 * t + a) + 0.4 * std::sin(0.9 * t + b); };
+  const auto speed_at = [&](double t) { return 25.0 + drive.speed_swing * std::sin(0.31 * t + c); };
   const auto side_at = [](double t) { return 0.5 * std::sin(0.8 * t); };
   std::vector<std::array<double, 2>> way{{0, 0}};
   const double step = dt / fine, begin = -2.0;
   for (int i = 0; i < (count + 200) * fine; ++i) {
-    const double t = begin + (i + 0.5) * step, c = std::cos(yaw_at(t)), s = std::sin(yaw_at(t));
-    way.push_back({way.back()[0] + step * (c * speed_at(t) - s * side_at(t)),
-                   way.back()[1] + step * (s * speed_at(t) + c * side_at(t))});
+    const double t = begin + (i + 0.5) * step, cosine = std::cos(yaw_at(t)), sine = std::sin(yaw_at(t));
+    way.push_back({way.back()[0] + step * (cosine * speed_at(t) - sine * side_at(t)),
+                   way.back()[1] + step * (sine * speed_at(t) + cosine * side_at(t))});
   }
-  std::mt19937_64 random(7);
-  std::normal_distribution<double> normal;
-  Channels out;
+  Shown out;
   for (int k = 0; k < count; ++k) {
     const double t = k * dt, place = t - drive.place_late, speed = t - drive.velocity_late;
     const auto& p = way[static_cast<std::size_t>(std::lround((place - begin) / step))];
@@ -52,56 +55,75 @@ Channels channels_of(const Drive& drive) {
   return out;
 }
 
-double lag_of(const Channels& channels) {
-  const DisplacementLag lag(channels.motion());
-  return lag.best(std::vector<int>(lag.blocks(), 1));
+double lag_of(const Drive& drive) {
+  const auto lag = displacement_lag(show(drive).motion());
+  return lag ? lag->seconds : std::numeric_limits<double>::quiet_NaN();
 }
 
 TEST(DisplacementLag, FindsWhichIsLateAndByHowMuch) {
-  for (const double seconds : {0.0, 0.06, 0.11, 0.3}) {
-    EXPECT_NEAR(lag_of(channels_of({.velocity_late = seconds})), seconds, 0.004) << seconds;
-    EXPECT_NEAR(lag_of(channels_of({.place_late = seconds})), -seconds, 0.004) << seconds;
-    EXPECT_NEAR(lag_of(channels_of({.place_late = seconds, .noise = 0})), -seconds, 5e-4) << seconds;
+  for (const double seconds : {0.0, 0.06, 0.113, 0.3}) {
+    EXPECT_NEAR(lag_of({.velocity_late = seconds}), seconds, 0.004) << seconds;
+    EXPECT_NEAR(lag_of({.place_late = seconds}), -seconds, 0.004) << seconds;
+    EXPECT_NEAR(lag_of({.place_late = seconds, .noise = 0}), -seconds, 5e-4) << seconds;
   }
 }
 
 TEST(DisplacementLag, ErrorsOfScaleAxesAndPlaceAreNoLag) {
-  EXPECT_NEAR(lag_of(channels_of({.place_late = 0.1, .scale = 1.05})), -0.1, 0.004);
-  EXPECT_NEAR(lag_of(channels_of({.place_late = 0.1, .turned = 0.03})), -0.1, 0.004);
-  EXPECT_NEAR(lag_of(channels_of({.place_late = 0.1, .lever = 1.5})), -0.1, 0.004);
-  EXPECT_NEAR(lag_of(channels_of({.lever = 1.5})), 0.0, 0.004);
+  EXPECT_NEAR(lag_of({.place_late = 0.1, .scale = 1.05}), -0.1, 0.004);
+  EXPECT_NEAR(lag_of({.place_late = 0.1, .turned = 0.03}), -0.1, 0.004);
+  EXPECT_NEAR(lag_of({.place_late = 0.1, .lever = 1.5}), -0.1, 0.004);
+  EXPECT_NEAR(lag_of({.lever = 1.5}), 0.0, 0.004);
 }
 
-/// At one speed a place further back on the car and a late one show the same: the blocks differ by more than the lag.
-TEST(DisplacementLag, AtOneSpeedALeverMayBeALag) {
-  const Channels steady = channels_of({.lever = 1.5, .speed_swing = 0});
-  const DisplacementLag lag(steady.motion());
-  double low = 1, high = -1;
-  std::mt19937 random(1);
-  for (int draw = 0; draw < 100; ++draw) {
-    std::vector<int> weight(lag.blocks(), 0);
-    for (std::size_t b = 0; b < lag.blocks(); ++b) ++weight[random() % lag.blocks()];
-    low = std::min(low, lag.best(weight));
-    high = std::max(high, lag.best(weight));
+/// The true lag lies within so many standard deviations as often as it should by Student's t of a few blocks, whether
+/// the speed changes or a lever could take the lag's place.
+TEST(DisplacementLag, IsAsSureAsItSays) {
+  for (const auto& [swing, noise, least] :
+       {std::tuple(12.0, 0.05, 60), {12.0, 0.1, 30}, {3.0, 0.1, 0}, {0.0, 0.1, 0}}) {
+    int beyond_two = 0, beyond_four = 0, known = 0;
+    double worst = 0;
+    constexpr int drives = 60;
+    for (int seed = 0; seed < drives; ++seed) {
+      const auto lag =
+          displacement_lag(show({.noise = noise, .speed_swing = swing}, static_cast<std::uint64_t>(seed)).motion());
+      if (!lag) continue;
+      ++known;
+      worst = std::max(worst, std::abs(lag->seconds));
+      const double off = std::abs(lag->seconds) / lag->sigma;
+      beyond_two += off > 2.57 ? 1 : 0;   // 5 % by Student's t of five degrees of freedom
+      beyond_four += off > 6.87 ? 1 : 0;  // 0.1 %
+    }
+    EXPECT_LE(beyond_two, 9) << swing;
+    EXPECT_LE(beyond_four, 1) << swing;
+    EXPECT_LT(worst, 0.02) << swing;
+    EXPECT_GE(known, least) << swing;
+    EXPECT_LE(known, least > 0 ? drives : 0) << swing << ": noise says which lag is best";
   }
-  EXPECT_LT(low, 0.0);
-  EXPECT_GT(high, -0.02);
+}
+
+/// At one speed a place further back on the car and a late one show the same: neither is known.
+TEST(DisplacementLag, AtOneSpeedALeverMayBeALag) {
+  const auto swinging = displacement_lag(show({.lever = 1.5}).motion());
+  const auto steady = displacement_lag(show({.lever = 1.5, .speed_swing = 0}).motion());
+  ASSERT_TRUE(swinging);
+  EXPECT_LT(swinging->sigma, 0.003);
+  EXPECT_FALSE(steady);
 }
 
 TEST(DisplacementLag, WhatWasNotReadIsLeftOut) {
-  Channels channels = channels_of({.place_late = 0.1});
+  Shown shown = show({.place_late = 0.1});
   const double none = std::numeric_limits<double>::quiet_NaN();
-  for (std::size_t k = 400; k < 700; ++k) channels.x[k] = channels.vx[k + 600] = channels.yaw[k + 1200] = none;
-  EXPECT_NEAR(lag_of(channels), -0.1, 0.005);
+  for (std::size_t k = 400; k < 700; ++k) shown.x[k] = shown.vx[k + 600] = shown.yaw[k + 1200] = none;
+  const auto lag = displacement_lag(shown.motion());
+  ASSERT_TRUE(lag);
+  EXPECT_NEAR(lag->seconds, -0.1, 0.005);
+  EXPECT_GT(lag->explained, 0.99);
+  std::ranges::fill(shown.vy, none);
+  EXPECT_FALSE(displacement_lag(shown.motion()));
 }
 
-TEST(DisplacementLag, SaysHowWellTheyAgreeAndWhereItsLagsEnd) {
-  const DisplacementLag lag(channels_of({.place_late = 0.1}).motion());
-  double correlation = 0;
-  EXPECT_FALSE(lag.is_at_end(lag.best(std::vector<int>(lag.blocks(), 1), &correlation)));
-  EXPECT_GT(correlation, 0.99);
-  EXPECT_TRUE(lag.is_at_end(-1.2));
-  EXPECT_TRUE(lag.is_at_end(1.2));
+TEST(DisplacementLag, IsNoneBeyondWhatIsTried) {
+  EXPECT_FALSE(displacement_lag(show({.velocity_late = 1.5}).motion()));
 }
 
 }  // namespace test_displacement_lag

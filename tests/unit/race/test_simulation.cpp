@@ -103,7 +103,7 @@ const Fault faults[] = {
     {"planner_plans_nan", "{}", R"({"planner": {"plugin": "fault.nan_reference", "params": null}})",
      Status::plugin_error, "fault.nan_reference at t = 0.200000 s: returned a reference that is not a number", 10},
     {"planner_plans_endless_room", "{}", R"({"planner": {"plugin": "fault.endless_room", "params": null}})",
-     Status::plugin_error, "fault.endless_room at t = 0.200000 s: returned a reference that is not a number", 10},
+     Status::plugin_error, "fault.endless_room at t = 0.200000 s: returned a reference that is not finite", 10},
     {"planner_plans_for_a_place_of_nan", "{}", R"({"planner": {"plugin": "fault.nan_place", "params": null}})",
      Status::plugin_error, "fault.nan_place at t = 0.200000 s: returned a reference that is not a number", 10},
     {"estimator_throws", "{}", R"({"estimator": {"plugin": "fault.throws_learning"}})", Status::plugin_error,

@@ -126,23 +126,25 @@ std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
 }
 
 void keep_open(std::span<const ChannelDelay> delays, std::span<const LogFile> logs, Catalogue& catalogue) {
-  constexpr double least = 0.25;  // of a sample
   catalogue.forget_late_pose();
   for (const ChannelDelay& d : delays)
     if (d.group < 2)
-      catalogue.allow_for_late_pose(d.group, std::max(0.5 * (d.high - d.low) / normal_95, least * longest_step(logs)));
+      catalogue.allow_for_late_pose(
+          d.group, std::max(0.5 * (d.high - d.low) / normal_95, thresholds::left_of_delay * longest_step(logs)));
 }
 
 ChannelDelay refined(ChannelDelay delay, const Catalogue& catalogue, const Fit& fit) {
-  if (fit.theta.empty()) return delay;
   const auto nuisances = catalogue.nuisances();
   const std::size_t p = fit.theta.size();
+  if (p < nuisances.size() || fit.covariance.size() != p * p) return delay;
   for (std::size_t i = 0; i < nuisances.size(); ++i) {
     if (nuisances[i].delay != delay.group) continue;
-    const double sigma = std::sqrt(std::max(0.0, fit.covariance[i * p + i]));
     delay.seconds += fit.theta[i];
-    delay.low = delay.seconds - normal_95 * sigma;
-    delay.high = delay.seconds + normal_95 * sigma;
+    const double sigma = std::sqrt(std::max(0.0, fit.covariance[i * p + i]));
+    const bool at_limit = std::abs(fit.theta[i]) > 0.99 * thresholds::nuisance_limit * nuisances[i].sigma;
+    // At its limit a fit says nothing of how sure it is.
+    delay.low = at_limit ? std::min(delay.low, delay.seconds) : delay.seconds - normal_95 * sigma;
+    delay.high = at_limit ? std::max(delay.high, delay.seconds) : delay.seconds + normal_95 * sigma;
   }
   return delay;
 }

@@ -268,6 +268,9 @@ void set_closure(Gap& gap, const ErrorChange& change) {
 Fit Diagnoser::nominal(const Diagnosis& d) const {
   Fit given = d.null_model;
   given.model = catalogue_.null_model();
+  // What is left of delays that were taken off is no part of the car: what effects close lies beyond it.
+  for (std::size_t i = 0; i < given.model.nuisance.size(); ++i)
+    if (catalogue_.nuisances()[i].delay) given.model.nuisance[i] = d.null_model.model.nuisance[i];
   given.evaluation.reset();
   given.theta.clear();
   given.covariance.clear();
@@ -311,7 +314,7 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
   d.gap.before = errors[reported].rms();
   set_closure(d.gap, compare(after.predict_refitted(d.fit), errors[reported]));
   for (const ChannelDelay& one : delays) {
-    d.delays.push_back(named_delay(refined(one, catalogue_, d.fit)));
+    d.delays.push_back(named_delay(refined(one, catalogue_, d.fit.theta.empty() ? d.null_model : d.fit)));
     d.delays.back().rollout = by_delays;
   }
   if (d.verdict == Verdict::nothing_missing) d.verdict = Verdict::named;

@@ -30,7 +30,7 @@ class Diagnoser {
   const Road& road() const { return road_; }
   /// Logs and references as the last run left them.
   const Problem& problem() const { return problem_; }
-  /// The nominal model as given, nothing of it fitted, in the noise that was found with it.
+  /// The nominal model as given, nothing of it fitted but what is left of delays, in the noise that was found with it.
   Fit nominal(const Diagnosis& d) const;
   /// What the last run measured its gap on. There must have been one.
   const HoldOut& hold_out() const { return *hold_out_; }

@@ -144,6 +144,13 @@ void measure_lambda(const Catalogue& catalogue, const Problem& problem, const Mo
           std::min(s.lambda_least, 2.0 * (windowed_cost(problem, catalogue.without(truth, member)) - true_cost));
 }
 
+/// The model of a log whose channels are on time.
+ModelSpec on_time(const Catalogue& catalogue, ModelSpec model) {
+  for (std::size_t i = 0; i < model.nuisance.size(); ++i)
+    if (catalogue.nuisances()[i].delay) model.nuisance[i] = 0.0;
+  return model;
+}
+
 /// Errors of rollouts on the case's noise-free log by the nominal, the found and the true model.
 void measure_errors(const fs::path& folder, const Diagnosed& one, const Answer& a, CaseScore& s) {
   const Catalogue& catalogue = one.diagnoser->catalogue();
@@ -157,13 +164,16 @@ void measure_errors(const fs::path& folder, const Diagnosed& one, const Answer& 
     return rollout_error(catalogue, model, held_out.stretches.front(), road, sigma);
   };
   s.error_before = error(catalogue.null_model());
-  s.error_after = error(one.diagnosis.fit.model);
-  const auto truth = true_model(catalogue, a);
+  s.error_after = error(on_time(catalogue, one.diagnosis.fit.model));
+  auto truth = true_model(catalogue, a);
   if (!truth) return;
   s.error_true = error(*truth);
   if (a.names.empty()) return;
   if (s.error_before > s.error_true + 1e-6)
     s.closure = (s.error_before - s.error_after) / (s.error_before - s.error_true);
+  // The log that was searched is late by what is left of the delays taken off.
+  for (std::size_t i = 0; i < truth->nuisance.size(); ++i)
+    if (catalogue.nuisances()[i].delay) truth->nuisance[i] = one.diagnosis.null_model.model.nuisance[i];
   measure_lambda(catalogue, one.diagnoser->problem(), *truth, s);
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "measured/log_map.hpp"
 #include "support/diagnose_rig.hpp"
@@ -81,6 +82,50 @@ TEST(ChannelDelays, CorrelatedNoiseIsNoDelay) {
                                          {.seconds = 60, .seed = seed, .noise = 30, .colour = colour, .unsteady = 1}));
     EXPECT_TRUE(find_channel_delays({&log, 1}).empty()) << seed;
   }
+}
+
+/// A heavy car, whose accelerations drown in the noise of its place, on a road at one speed and at several: what seems
+/// late is late.
+TEST(ChannelDelays, OfANoisyPlaceAreNoFalseOnes) {
+  const DiagnoseRig rig;
+  for (std::uint64_t seed = 830; seed < 842; ++seed) {
+    LogFile log = late(rig, seed, all, 0);
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    Log& rows = log.stretches.front();
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      for (std::size_t c = 0; c < 2; ++c) rows.reading[k * channels + c] += 0.05 * normal(random);
+    EXPECT_TRUE(find_channel_delays({&log, 1}).empty()) << seed;
+  }
+}
+
+/// What is left of a delay moves it; at its limit a fit does not say how sure that is, and without one nothing is.
+TEST(ChannelDelays, AreRefinedByWhatAFitLeaves) {
+  DiagnoseRig rig;
+  const LogFile log = late(rig, 805, all, 0);
+  const ChannelDelay place{.group = 0, .seconds = 0.1, .low = 0.09, .high = 0.12},
+      rate{.group = yaw_rate, .seconds = 0.1, .low = 0.09, .high = 0.12};
+  const std::vector both{place, rate};
+  keep_open(both, {&log, 1}, rig.catalogue());
+  ASSERT_EQ(rig.catalogue().nuisances().size(), 1U);
+  const double sigma = rig.catalogue().nuisances().front().sigma;
+  EXPECT_NEAR(sigma, 0.015 / 1.96, 1e-4);
+  Fit fit;
+  EXPECT_EQ(refined(place, rig.catalogue(), fit).seconds, 0.1);
+  fit.theta = {-0.002};
+  EXPECT_EQ(refined(place, rig.catalogue(), fit).seconds, 0.1) << "no covariance";
+  fit.covariance = {1e-6};
+  const ChannelDelay finer = refined(place, rig.catalogue(), fit);
+  EXPECT_NEAR(finer.seconds, 0.098, 1e-12);
+  EXPECT_NEAR(finer.high - finer.low, 2 * 1.96e-3, 1e-5);
+  fit.theta = {2.0 * sigma};
+  const ChannelDelay limited = refined(place, rig.catalogue(), fit);
+  EXPECT_NEAR(limited.seconds, 0.1 + 2.0 * sigma, 1e-12);
+  EXPECT_EQ(limited.low, 0.09);
+  EXPECT_GE(limited.high, 0.12);
+  EXPECT_EQ(refined(rate, rig.catalogue(), fit).seconds, 0.1);
+  keep_open({}, {&log, 1}, rig.catalogue());
+  EXPECT_TRUE(rig.catalogue().nuisances().empty());
 }
 
 TEST(ChannelDelays, TakesDelaysOff) {

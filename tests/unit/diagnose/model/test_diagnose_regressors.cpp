@@ -62,8 +62,9 @@ TEST_F(Regressors, OfALatePoseAreWhatItsReadingsMove) {
     ASSERT_EQ(reading.size(), trace().size() * channels);
     for (std::size_t k = 0; k < trace().size(); k += 10) {
       // The place moves back by a second of travel for a second of delay; nothing else changes.
-      EXPECT_NEAR(std::hypot(reading[k * channels], reading[k * channels + 1]),
-                  std::hypot(trace().motion[k * 6 + 3], trace().motion[k * 6 + 4]), 1e-6);
+      const double vx = trace().motion[k * 6 + 3], vy = trace().motion[k * 6 + 4], yaw = trace().motion[k * 6 + 2];
+      EXPECT_NEAR(reading[k * channels], -(vx * std::cos(yaw) - vy * std::sin(yaw)), 1e-9);
+      EXPECT_NEAR(reading[k * channels + 1], -(vx * std::sin(yaw) + vy * std::cos(yaw)), 1e-9);
       for (std::size_t c = 2; c < channels; ++c) EXPECT_EQ(reading[k * channels + c], 0.0);
     }
   }
