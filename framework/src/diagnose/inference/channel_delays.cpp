@@ -97,6 +97,27 @@ std::pair<double, double> interval(const measured::Delay& d, double missing) {
   return {d.seconds - wider * (d.seconds - d.low), d.seconds + wider * (d.high - d.seconds)};
 }
 
+/// By what a fit moved the delay of a group.
+struct LeftOver {
+  std::size_t group = 0;
+  double seconds = 0, sigma = 0;
+  bool at_limit = false;
+};
+
+std::vector<LeftOver> left_over(const Catalogue& catalogue, const Fit& fit) {
+  std::vector<LeftOver> out;
+  const auto nuisances = catalogue.nuisances();
+  const std::size_t p = fit.theta.size();
+  if (p < nuisances.size() || fit.covariance.size() != p * p) return out;
+  for (std::size_t i = 0; i < nuisances.size(); ++i)
+    if (nuisances[i].delay)
+      out.push_back(
+          {*nuisances[i].delay, fit.theta[i] - nuisances[i].nominal,
+           std::sqrt(std::max(0.0, fit.covariance[i * p + i])),
+           std::abs(fit.theta[i] - nuisances[i].nominal) > 0.99 * thresholds::nuisance_limit * nuisances[i].sigma});
+  return out;
+}
+
 }  // namespace
 
 std::string ChannelDelay::name() const { return measured::delay_names[group]; }
@@ -125,26 +146,37 @@ std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
   return found;
 }
 
-void keep_open(std::span<const ChannelDelay> delays, std::span<const LogFile> logs, Catalogue& catalogue) {
+void keep_open(std::span<ChannelDelay> delays, std::span<const LogFile> logs, Catalogue& catalogue) {
   catalogue.forget_late_pose();
-  for (const ChannelDelay& d : delays)
-    if (d.group < 2)
-      catalogue.allow_for_late_pose(
-          d.group, std::max(0.5 * (d.high - d.low) / normal_95, thresholds::left_of_delay * longest_step(logs)));
+  const double dt = longest_step(logs);
+  const bool one_step = std::ranges::all_of(logs, [dt](const LogFile& file) {
+    return std::ranges::all_of(file.stretches, [dt](const Log& log) { return log.dt == dt; });
+  });
+  for (ChannelDelay& d : delays) {
+    if (d.group >= 2) continue;
+    d.left = one_step ? d.seconds - dt * std::round(d.seconds / dt) : 0.0;
+    catalogue.allow_for_late_pose(d.group, d.left,
+                                  std::max(0.5 * (d.high - d.low) / normal_95, thresholds::left_of_delay * dt));
+  }
+}
+
+bool move_limited(std::span<ChannelDelay> delays, const Catalogue& catalogue, const Fit& fit) {
+  bool limited = false;
+  for (const LeftOver& one : left_over(catalogue, fit)) limited = limited || one.at_limit;
+  if (!limited) return false;
+  for (const LeftOver& one : left_over(catalogue, fit))
+    for (ChannelDelay& d : delays)
+      if (d.group == one.group) d.seconds += one.seconds, d.low += one.seconds, d.high += one.seconds;
+  return true;
 }
 
 ChannelDelay refined(ChannelDelay delay, const Catalogue& catalogue, const Fit& fit) {
-  const auto nuisances = catalogue.nuisances();
-  const std::size_t p = fit.theta.size();
-  if (p < nuisances.size() || fit.covariance.size() != p * p) return delay;
-  for (std::size_t i = 0; i < nuisances.size(); ++i) {
-    if (nuisances[i].delay != delay.group) continue;
-    delay.seconds += fit.theta[i];
-    const double sigma = std::sqrt(std::max(0.0, fit.covariance[i * p + i]));
-    const bool at_limit = std::abs(fit.theta[i]) > 0.99 * thresholds::nuisance_limit * nuisances[i].sigma;
+  for (const LeftOver& one : left_over(catalogue, fit)) {
+    if (one.group != delay.group) continue;
+    delay.seconds += one.seconds;
     // At its limit a fit says nothing of how sure it is.
-    delay.low = at_limit ? std::min(delay.low, delay.seconds) : delay.seconds - normal_95 * sigma;
-    delay.high = at_limit ? std::max(delay.high, delay.seconds) : delay.seconds + normal_95 * sigma;
+    delay.low = one.at_limit ? std::min(delay.low, delay.seconds) : delay.seconds - normal_95 * one.sigma;
+    delay.high = one.at_limit ? std::max(delay.high, delay.seconds) : delay.seconds + normal_95 * one.sigma;
   }
   return delay;
 }
@@ -157,7 +189,7 @@ LogFile without_delays(const LogFile& file, std::span<const ChannelDelay> delays
     for (const ChannelDelay& d : delays)
       for (std::size_t c = 0; c < channels; ++c) {
         if (measured::delay_group[c] != d.group) continue;
-        const std::vector<double> rows = read_later(log, bridged, c, d.seconds);
+        const std::vector<double> rows = read_later(log, bridged, c, d.seconds - d.left);
         for (std::size_t k = 0; k < log.size(); ++k) log.reading[k * channels + c] = rows[k];
       }
   }

@@ -17,6 +17,7 @@ using measured::LogFile;
 struct ChannelDelay {
   std::size_t group = 0;                  // measured::delay_names
   double seconds = 0, low = 0, high = 0;  // 95 % by blocks of at most ten seconds
+  double left = 0;                        // of `seconds`, what is not taken off a log but left to the model
   std::string name() const;               // "yaw_rate", as in pointers
   std::string words() const;              // "yaw rate"
   std::string against() const;            // words of the group that shows the same motion
@@ -28,8 +29,11 @@ struct ChannelDelay {
 std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs);
 
 /// What delays of place and yaw may still be wrong by is open in every model from now on: a pose is so precise that a
-/// tenth of a sample shows.
-void keep_open(std::span<const ChannelDelay> delays, std::span<const LogFile> logs, Catalogue& catalogue);
+/// tenth of a sample shows. Of them whole samples are to be taken off, where all logs have the same: what lies between
+/// two samples is interpolated with less noise than there is, and coloured.
+void keep_open(std::span<ChannelDelay> delays, std::span<const LogFile> logs, Catalogue& catalogue);
+/// Where a fit stands at the limit of what was left open: moves the delays by what it found to be left of them.
+bool move_limited(std::span<ChannelDelay> delays, const Catalogue& catalogue, const Fit& fit);
 /// A delay with what a fit found to be left of it.
 ChannelDelay refined(ChannelDelay delay, const Catalogue& catalogue, const Fit& fit);
 

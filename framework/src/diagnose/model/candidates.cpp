@@ -115,12 +115,13 @@ ModelSpec Catalogue::without(const ModelSpec& model, std::size_t candidate) cons
   return less;
 }
 
-void Catalogue::allow_for_late_pose(std::size_t group, double sigma) {
+void Catalogue::allow_for_late_pose(std::size_t group, double seconds, double sigma) {
   StagedCar car(*model_, model_params_);
   for (const Own& own : own_) car.add(*own.effect, own.params, own.id);
   Nuisance n;
   n.name = std::string(measured::delay_names[group]) + "_delay";
   n.index = car.params().size() + group;
+  n.nominal = seconds;
   n.sigma = sigma;
   n.delay = group;
   nuisances_.push_back(std::move(n));

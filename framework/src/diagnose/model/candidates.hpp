@@ -62,9 +62,9 @@ class Catalogue {
   const VehicleModel& model() const { return *model_; }
 
   void set_nuisances(std::vector<Nuisance> nuisances) { nuisances_ = std::move(nuisances); }
-  /// From now on place (group 0) or heading (1) may be late, or early, by so much more than was taken off the logs:
+  /// From now on place (group 0) or heading (1) are late by so much more than was taken off the logs, known to within a
   /// standard deviation [s]. Groups one after the other, each once.
-  void allow_for_late_pose(std::size_t group, double sigma);
+  void allow_for_late_pose(std::size_t group, double seconds, double sigma);
   /// As it was before.
   void forget_late_pose();
   std::span<const Nuisance> nuisances() const { return nuisances_; }

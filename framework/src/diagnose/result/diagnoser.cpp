@@ -76,7 +76,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
                          const ProgressCallback& progress) {
   check_held_out(given, given_held_out);
   const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
-  const std::vector<ChannelDelay> delays = find_channel_delays(logs);
+  std::vector<ChannelDelay> delays = find_channel_delays(logs);
   delays_taken_off_ = !delays.empty();
   keep_open(delays, logs, catalogue_);
   if (delays.empty()) return search(logs, held_out, progress);
@@ -87,6 +87,12 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
     return out;
   };
   Diagnosis d = search(on_time(logs), on_time(held_out), progress);
+  // A delay that was off by more than what was left open is taken off anew.
+  constexpr int rounds = 2;
+  for (int round = 0; round < rounds && move_limited(delays, catalogue_, d.null_model); ++round) {
+    keep_open(delays, logs, catalogue_);
+    d = search(on_time(logs), on_time(held_out), progress);
+  }
   name_delays(logs, held_out, delays, d);
   const bool harm = std::ranges::any_of(d.delays, [](const NamedEffect& delay) { return delay.rollout.harms(); });
   if (harm && d.wrong_channel) return search_beside_delays(logs, held_out, delays, progress);

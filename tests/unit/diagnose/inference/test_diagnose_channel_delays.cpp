@@ -105,11 +105,20 @@ TEST(ChannelDelays, AreRefinedByWhatAFitLeaves) {
   const LogFile log = late(rig, 805, all, 0);
   const ChannelDelay place{.group = 0, .seconds = 0.1, .low = 0.09, .high = 0.12},
       rate{.group = yaw_rate, .seconds = 0.1, .low = 0.09, .high = 0.12};
-  const std::vector both{place, rate};
+  std::vector both{place, rate};
   keep_open(both, {&log, 1}, rig.catalogue());
   ASSERT_EQ(rig.catalogue().nuisances().size(), 1U);
   const double sigma = rig.catalogue().nuisances().front().sigma;
   EXPECT_NEAR(sigma, 0.015 / 1.96, 1e-4);
+  // Of 0.107 s five samples are taken off, and the rest is the model's.
+  std::vector between{ChannelDelay{.group = 0, .seconds = 0.107, .low = 0.1, .high = 0.12}};
+  keep_open(between, {&log, 1}, rig.catalogue());
+  EXPECT_NEAR(between.front().left, 0.007, 1e-12);
+  EXPECT_NEAR(rig.catalogue().nuisances().front().nominal, 0.007, 1e-12);
+  const LogFile shifted = without_delays(log, between);
+  for (std::size_t k = 0; k < 100; ++k)
+    EXPECT_EQ(shifted.stretches.front().reading[k * channels], log.stretches.front().reading[(k + 5) * channels]);
+  keep_open(both, {&log, 1}, rig.catalogue());
   Fit fit;
   EXPECT_EQ(refined(place, rig.catalogue(), fit).seconds, 0.1);
   fit.theta = {-0.002};
@@ -124,6 +133,13 @@ TEST(ChannelDelays, AreRefinedByWhatAFitLeaves) {
   EXPECT_EQ(limited.low, 0.09);
   EXPECT_GE(limited.high, 0.12);
   EXPECT_EQ(refined(rate, rig.catalogue(), fit).seconds, 0.1);
+  std::vector moved = both;
+  EXPECT_TRUE(move_limited(moved, rig.catalogue(), fit));
+  EXPECT_NEAR(moved[0].seconds, 0.1 + 2.0 * sigma, 1e-12);
+  EXPECT_NEAR(moved[0].high - moved[0].low, 0.03, 1e-12);
+  EXPECT_EQ(moved[1].seconds, 0.1);
+  fit.theta = {-0.002};
+  EXPECT_FALSE(move_limited(moved, rig.catalogue(), fit));
   keep_open({}, {&log, 1}, rig.catalogue());
   EXPECT_TRUE(rig.catalogue().nuisances().empty());
 }

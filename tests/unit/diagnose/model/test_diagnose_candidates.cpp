@@ -59,12 +59,13 @@ TEST(Catalogue, APoseMayBeLate) {
   rig.trust({"Df"}, 0.1);
   Catalogue& catalogue = rig.catalogue();
   const std::size_t plain = catalogue.build(catalogue.null_model()).params().size();
-  catalogue.allow_for_late_pose(0, 0.01);
-  catalogue.allow_for_late_pose(1, 0.02);
+  catalogue.allow_for_late_pose(0, 0.004, 0.01);
+  catalogue.allow_for_late_pose(1, 0.0, 0.02);
   ASSERT_TRUE(catalogue.pose_is_late());
   ModelSpec model = catalogue.null_model();
   ASSERT_EQ(model.nuisance.size(), 3U);
   EXPECT_EQ(catalogue.nuisances()[2].sigma, 0.02);
+  EXPECT_EQ(model.nuisance[1], 0.004);
   model.nuisance = {0.2, 0.03, -0.05};
   const StagedCar car = catalogue.build(model);
   EXPECT_EQ(car.params()[catalogue.nuisances()[0].index], 0.2);

@@ -54,7 +54,7 @@ TEST_F(Regressors, OfAModelAreDerivativesOfItsRates) {
 
 /// Also beside an effect with memory, where derivatives by parameters of the car are differences.
 TEST_F(Regressors, OfALatePoseAreWhatItsReadingsMove) {
-  rig_.catalogue().allow_for_late_pose(0, 0.01);
+  rig_.catalogue().allow_for_late_pose(0, 0.0, 0.01);
   const ModelSpec bare = rig_.catalogue().null_model();
   for (const ModelSpec& model : {bare, rig_.catalogue().with(bare, rig_.catalogue().find("relaxation"))}) {
     const Linearised l = linearise_with_regressors(rig_.catalogue(), model, trace(), 2);
