@@ -139,7 +139,7 @@ std::optional<DisplacementLag> displacement_lag(const PlaneMotion& motion) {
   }
   const long best = std::min_element(left.begin(), left.end()) - left.begin() - most;
   // Where a lag changes little, noise says which is the best one.
-  constexpr double rises = 1.3;  // by so much, for a tenth of a second more or less
+  constexpr double rises = 1.15;  // by so much, for a tenth of a second more or less
   const auto beside = static_cast<long>(displacements.steps(0.1));
   const auto at = [&](long lag) { return left[static_cast<std::size_t>(lag + most)]; };
   if (!std::isfinite(at(best)) || std::abs(best) + beside > most) return std::nullopt;

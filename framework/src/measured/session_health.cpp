@@ -171,16 +171,16 @@ struct OneMotion {
   const Values& sum;
 };
 
-/// `motion`: where both channels show one. Whether it was found.
-bool add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel, const Values& late,
+/// `motion`: where both channels show one.
+void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel, const Values& late,
                const char* against, const Values& early, const std::optional<OneMotion>& motion) {
   constexpr double least_correlation = 0.5;
   constexpr int draws = 200;
   const LagSums sums(manoeuvres(late, grid.dt), manoeuvres(early, grid.dt), grid.dt);
   Delay delay{channel, against, 0, 0, 0, 0, motion.has_value(), sums.blocks()};
   delay.seconds = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
-  if (!(delay.correlation > least_correlation)) return false;
-  if (sums.is_at_end(delay.seconds)) return false;
+  if (!(delay.correlation > least_correlation)) return;
+  if (sums.is_at_end(delay.seconds)) return;
   std::mt19937 random(1);
   Values drawn;
   for (int i = 0; i < draws; ++i) {
@@ -200,7 +200,6 @@ bool add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
       delay.seconds += by, delay.low += by, delay.high += by;
     }
   delays.push_back(delay);
-  return true;
 }
 
 /// A channel as it would be without its delay.
@@ -210,20 +209,6 @@ Values earlier(const Values& y, double seconds, double dt) {
   Values out(y.size(), not_a_number);
   for (std::size_t k = 0; k + whole + 1 < y.size(); ++k) out[k] = std::lerp(y[k + whole], y[k + whole + 1], share);
   return out;
-}
-
-/// Velocity against place by displacements, where accelerations do not correlate: they drown in the noise of a place.
-/// Only where it is known to a few samples. `yaw`: on time.
-void add_displacement_delay(std::vector<Delay>& delays, const Session& s, const Grid& grid, const Values& yaw) {
-  const Values x = grid.channel(s, Channel::x), y = grid.channel(s, Channel::y), vx = grid.channel(s, Channel::vx),
-               vy = grid.channel(s, Channel::vy);
-  const auto lag = displacement_lag({x, y, yaw, vx, vy, grid.dt});
-  constexpr double widest = 0.05;  // [s] to either side
-  if (!lag || !(normal_95 * lag->sigma < widest)) return;
-  Delay delay{"velocity", "position", lag->seconds, 0, 0, std::sqrt(std::max(0.0, lag->explained)), true, lag->blocks};
-  delay.low = lag->seconds - normal_95 * lag->sigma;
-  delay.high = lag->seconds + normal_95 * lag->sigma;
-  delays.push_back(delay);
 }
 
 /// Way along the heading; NaN where it is not known, and then without what was gone there.
@@ -271,14 +256,10 @@ std::vector<Delay> delays_of(const Session& s) {
     place_speed = speed_of_place(grid, x, y, yaw);
     way = way_of_place(x, y, yaw);
   }
-  Values yaw_on_time = yaw;
-  if (s.has[Channel::yaw] && s.has[Channel::yaw_rate] &&
-      add_delay(delays, grid, "yaw_rate", rate, "yaw", turning, OneMotion{rate, yaw}))
-    if (const Delay& d = delays.back(); d.high < -0.5 * grid.dt) yaw_on_time = earlier(yaw, -d.seconds, grid.dt);
-  if (s.has[Channel::x] && s.has[Channel::vx] &&
-      !add_delay(delays, grid, "velocity", grid.rate(vx), "position", grid.rate(place_speed), OneMotion{vx, way}) &&
-      s.has[Channel::yaw] && s.has[Channel::vy])
-    add_displacement_delay(delays, s, grid, yaw_on_time);
+  if (s.has[Channel::yaw] && s.has[Channel::yaw_rate])
+    add_delay(delays, grid, "yaw_rate", rate, "yaw", turning, OneMotion{rate, yaw});
+  if (s.has[Channel::x] && s.has[Channel::vx])
+    add_delay(delays, grid, "velocity", grid.rate(vx), "position", grid.rate(place_speed), OneMotion{vx, way});
   const Values& turns = s.has[Channel::yaw] ? turning : rate;
   Values turn_asked = grid.command(s, true);
   for (std::size_t k = 0; k < grid.n; ++k) turn_asked[k] *= s.has[Channel::vx] ? vx[k] : place_speed[k];
@@ -286,6 +267,28 @@ std::vector<Delay> delays_of(const Session& s) {
   if (!s.prescribed_speed && s.has[Channel::vx])
     add_delay(delays, grid, "velocity", grid.rate(vx), "d", grid.command(s, false), std::nullopt);
   return delays;
+}
+
+std::optional<Delay> displacement_delay(const Session& s, double yaw_is_late) {
+  for (const std::size_t c : {Channel::x, Channel::yaw, Channel::vx, Channel::vy})
+    if (!s.has[c]) return std::nullopt;
+  if (s.rows() < 100) return std::nullopt;
+  const Grid grid(s);
+  const Values x = grid.channel(s, Channel::x), y = grid.channel(s, Channel::y), vx = grid.channel(s, Channel::vx),
+               vy = grid.channel(s, Channel::vy);
+  Values yaw = grid.channel(s, Channel::yaw);
+  if (yaw_is_late > 0.0) yaw = earlier(yaw, yaw_is_late, grid.dt);
+  const auto lag = displacement_lag({x, y, yaw, vx, vy, grid.dt});
+  if (!lag) return std::nullopt;
+  const double wide = normal_95 * lag->sigma;
+  return Delay{"velocity",
+               "position",
+               lag->seconds,
+               lag->seconds - wide,
+               lag->seconds + wide,
+               std::sqrt(std::max(0.0, lag->explained)),
+               true,
+               lag->blocks};
 }
 
 std::optional<Slip> slip_of(const Session& s, double row_step) {

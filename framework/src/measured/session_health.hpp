@@ -20,8 +20,12 @@ struct Delay {
   std::size_t blocks = 0;    // drawn from
 };
 /// Yaw rate against heading, speed against place, steering and throttle against what the car does. Only pairs that
-/// correlate above 0.5, but speed against place also where displacements tell it to 0.05 s (displacement_lag.hpp).
+/// correlate above 0.5.
 std::vector<Delay> delays_of(const Session& session);
+
+/// Velocity against place by displacements (displacement_lag.hpp), for sessions with x, yaw, vx and vy.
+/// `yaw_is_late`: by what the heading is [s].
+std::optional<Delay> displacement_delay(const Session& session, double yaw_is_late);
 
 /// A position that is written too early or too late once in a period, and catches up in between.
 struct Slip {

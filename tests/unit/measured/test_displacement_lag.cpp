@@ -97,7 +97,7 @@ TEST(DisplacementLag, IsAsSureAsItSays) {
     EXPECT_LE(beyond_four, 1) << swing;
     EXPECT_LT(worst, 0.02) << swing;
     EXPECT_GE(known, least) << swing;
-    EXPECT_LE(known, least > 0 ? drives : 0) << swing << ": noise says which lag is best";
+    EXPECT_LE(known, swing > 0 ? drives : 0) << swing << ": noise says which lag is best";
   }
 }
 

@@ -118,6 +118,32 @@ std::vector<LeftOver> left_over(const Catalogue& catalogue, const Fit& fit) {
   return out;
 }
 
+bool is_sure(const measured::Delay& d, double dt) {
+  const auto [low, high] = interval(d, thresholds::false_delay);
+  const double least = std::min(std::abs(low), std::abs(high));
+  return low * high > 0.0 && least > thresholds::surely_late * dt &&
+         std::abs(d.seconds) >= thresholds::least_delay * dt;
+}
+
+/// Speeds against the place by what is known better.
+std::vector<measured::Delay> delays_between(const measured::Session& session, double dt, bool displacements) {
+  std::vector<measured::Delay> delays = measured::delays_of(session);
+  if (!displacements) return delays;
+  const auto of = [&](std::string_view channel) {
+    return std::ranges::find_if(delays, [channel](const auto& d) { return d.of_clock && d.channel == channel; });
+  };
+  const auto rate = of("yaw_rate");
+  const bool late = rate != delays.end() && rate->seconds < 0.0 && is_sure(*rate, dt);
+  const auto finer = measured::displacement_delay(session, late ? -rate->seconds : 0.0);
+  const auto speeds = of("velocity");
+  if (!finer) return delays;
+  if (speeds == delays.end())
+    delays.push_back(*finer);
+  else if (finer->high - finer->low < speeds->high - speeds->low)
+    *speeds = *finer;
+  return delays;
+}
+
 }  // namespace
 
 std::string ChannelDelay::name() const { return measured::delay_names[group]; }
@@ -125,14 +151,11 @@ std::string ChannelDelay::name() const { return measured::delay_names[group]; }
 std::string ChannelDelay::words() const { return words_of(group); }
 std::string ChannelDelay::against() const { return words_of(partner[group]); }
 
-std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs) {
+std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs, bool displacements) {
   std::vector<ChannelDelay> found;
   const double dt = longest_step(logs);
-  for (const measured::Delay& d : measured::delays_of(session_of(logs))) {
-    const auto [low, high] = interval(d, thresholds::false_delay);
-    const double least = std::min(std::abs(low), std::abs(high));
-    const bool sure = low * high > 0.0 && least > thresholds::surely_late * dt;
-    if (!d.of_clock || !sure || std::abs(d.seconds) < thresholds::least_delay * dt) continue;
+  for (const measured::Delay& d : delays_between(session_of(logs), dt, displacements)) {
+    if (!d.of_clock || !is_sure(d, dt)) continue;
     const auto name = std::ranges::find(measured::delay_names, std::string_view(d.channel));
     const auto group = static_cast<std::size_t>(name - measured::delay_names.begin());
     const auto [from, to] = interval(d, 0.05);
