@@ -137,7 +137,8 @@ TEST(Scorecard, SaysHowOftenAnswersAreRightByTheirConfidence) {
 
 /// Detectable is lambda_least >= 100, not more than that; an effect that is not is no case of its row.
 TEST(Scorecard, CountsDetectableCasesOnly) {
-  for (const char* condition : {"process_noise", "wrong_nominal", "coloured_noise", "process_time", "thinned", "late"}) {
+  for (const char* condition :
+       {"process_noise", "wrong_nominal", "coloured_noise", "process_time", "thinned", "late"}) {
     const std::vector<CaseScore> two = {score("single", condition, "named", 1, 100, 1),
                                         score("single", condition, "nothing_missing", 0, 99.9, 1)};
     const auto rows = rows_of(scorecard(two));
