@@ -207,6 +207,24 @@ TEST(Diagnoser, NamesALatePose) {
   EXPECT_GT(d.gap.closure, 0.9);
 }
 
+/// Where on the car, and turned how, something is measured is an error of measurement, not of the car.
+TEST(Diagnoser, NamesWhereTheMeasuringUnitsSit) {
+  DiagnoseRig rig;
+  for (const auto& [id, values] : {std::pair("pose_yaw", std::vector{0.03}),
+                                   {"velocity_yaw", {-0.03}},
+                                   {"pose_lever", {0.02, 0.0}},
+                                   {"velocity_lever", {0.02, 0.01}}}) {
+    const Diagnosis d =
+        diagnose_log(rig, rig.simulate(rig.with(id, values), {.seconds = 40, .seed = 69, .unsteady = 1}));
+    EXPECT_EQ(d.verdict, Verdict::named) << d.sentence;
+    ASSERT_EQ(d.named.size(), 1U) << id << ": " << d.sentence;
+    EXPECT_EQ(d.named.front().effect, id);
+    EXPECT_TRUE(d.named.front().measurement);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      EXPECT_NEAR(d.named.front().params[i].value, values[i], 0.002) << id;
+  }
+}
+
 /// The nominal car with its place late by some of a sample, and noise as stated.
 LogFile with_late_place(const DiagnoseRig& rig, std::uint64_t seed, double samples, const Channels& sigma) {
   Log log = rig.simulate(rig.catalogue().null_model(), {.seconds = 60, .seed = seed, .noise = 0, .unsteady = 1});
