@@ -84,8 +84,7 @@ TEST(ChannelDelays, CorrelatedNoiseIsNoDelay) {
   }
 }
 
-/// A heavy car, whose accelerations drown in the noise of its place, on a road at one speed and at several: what seems
-/// late is late.
+/// Accelerations drown in the noise of such a place.
 TEST(ChannelDelays, OfANoisyPlaceAreNoFalseOnes) {
   const DiagnoseRig rig;
   for (std::uint64_t seed = 830; seed < 842; ++seed) {
