@@ -22,7 +22,6 @@ struct Way {
   std::vector<std::size_t> missing;  // of the samples before
   bool known(std::size_t from, std::size_t to) const { return missing[from] == missing[to + 1]; }
   Vector between(std::size_t from, std::size_t to) const { return sum[to] - sum[from]; }
-  Vector change(std::size_t from, std::size_t to) const { return velocity[to] - velocity[from]; }
 };
 
 class Displacements {
@@ -35,39 +34,45 @@ class Displacements {
   }
   std::size_t size() const { return n_; }
 
-  /// By what a lag is off, and the nuisances: scale, turn, lever ahead and to the left.
-  static constexpr int unknowns = 5;
-  using Row = Eigen::Matrix<double, unknowns, 1>;
-
-  /// Calls use(sample, row, residual) for both components of every displacement, at a lag of so many samples: what the
-  /// place moved beyond what the velocity says.
-  template <class Use>
-  void at(long lag, const Use& use) const {
-    const auto later = static_cast<std::size_t>(std::max(0L, lag)), late = static_cast<std::size_t>(std::max(0L, -lag));
-    const Way way = way_of(later);
-    // How the way changes with the lag of a velocity that is later; of a place that is late its displacement does, and
-    // the velocity says how with less noise than its differences.
-    const bool of_way = lag >= 0;
-    const Way before = of_way && later > 0 ? way_of(later - 1) : way, after = of_way ? way_of(later + 1) : way;
-    const double span = (of_way && later == 0 ? 1.0 : 2.0) * m_.dt;
-    const std::size_t stride = std::max<std::size_t>(1, w_ / 5);
+  /// What the place moved from a sample on, what the velocity says, and how the heading turned.
+  struct One {
+    std::size_t sample;
+    Vector moved, said, turned;
+  };
+  /// At a lag of so many samples.
+  std::vector<One> at(long lag) const {
+    const std::size_t late = late_by(lag), stride = std::max<std::size_t>(1, w_ / 5);
+    const Way way = way_of(later_by(lag));
+    std::vector<One> out;
     for (std::size_t k = 0; k + w_ + late < n_; k += stride) {
-      const Vector moved = displacement(k + late);
-      if (!way.known(k, k + w_) || std::isnan(moved.x + moved.y)) continue;
-      if (!before.known(k, k + w_) || !after.known(k, k + w_)) continue;
-      const Vector said = way.between(k, k + w_), turned = heading_[k + w_] - heading_[k];
-      Vector change = way.change(k, k + w_);
-      if (of_way) {
-        change = after.between(k, k + w_) - before.between(k, k + w_);
-        change = {change.x / span, change.y / span};
-      }
-      const Vector rest = moved - said;
-      use(k, Row{change.x, said.x, -said.y, turned.x, -turned.y}, rest.x, moved.x);
-      use(k, Row{change.y, said.y, said.x, turned.y, turned.x}, rest.y, moved.y);
+      const One one{k, displacement(k + late), way.between(k, k + w_), heading_[k + w_] - heading_[k]};
+      if (way.known(k, k + w_) && !std::isnan(one.moved.x + one.moved.y)) out.push_back(one);
     }
+    return out;
+  }
+  /// How what the velocity says changes with the lag against the place [m/s], from every sample on. That of a place that
+  /// is late the velocity says with less noise than differences of the place do.
+  std::vector<Vector> changes(long lag) const {
+    const Way here = way_of(later_by(lag));
+    std::vector<Vector> out(n_);
+    if (lag < 0) {
+      for (std::size_t k = 0; k + w_ < n_; ++k) out[k] = here.velocity[k + w_] - here.velocity[k];
+      return out;
+    }
+    const Way before = lag > 0 ? way_of(later_by(lag - 1)) : here, after = way_of(later_by(lag + 1));
+    const double span = (lag > 0 ? 2.0 : 1.0) * m_.dt;
+    for (std::size_t k = 0; k + w_ < n_; ++k) {
+      const bool known = before.known(k, k + w_) && after.known(k, k + w_);
+      const Vector change = after.between(k, k + w_) - before.between(k, k + w_);
+      out[k] = known ? Vector{change.x / span, change.y / span} : Vector{std::numeric_limits<double>::quiet_NaN(), 0};
+    }
+    return out;
   }
 
  private:
+  /// Where the velocity is the later one it is read later against heading and place; else the place is the late one.
+  static std::size_t later_by(long lag) { return static_cast<std::size_t>(std::max(0L, lag)); }
+  static std::size_t late_by(long lag) { return static_cast<std::size_t>(std::max(0L, -lag)); }
   Vector displacement(std::size_t k) const { return {m_.x[k + w_] - m_.x[k], m_.y[k + w_] - m_.y[k]}; }
   Way way_of(std::size_t later) const {
     Way out{std::vector<Vector>(n_), std::vector<Vector>(n_), std::vector<std::size_t>(n_ + 1, 0)};
@@ -94,18 +99,27 @@ class Displacements {
   std::vector<Vector> heading_;
 };
 
-using Square = Eigen::Matrix<double, Displacements::unknowns, Displacements::unknowns>;
+/// By what a lag is off, and the nuisances: scale, turn, lever ahead and to the left.
+constexpr int unknowns = 5;
+using Row = Eigen::Matrix<double, unknowns, 1>;
+using Square = Eigen::Matrix<double, unknowns, unknowns>;
 
 struct Sums {
   Square normal = Square::Zero();
-  Displacements::Row right = Displacements::Row::Zero();
+  Row right = Row::Zero();
   double rest = 0, moved = 0, rows = 0;
 
-  void add(const Displacements::Row& row, double residual, double place) {
+  /// Without a change only the nuisances are in the sums.
+  void add(const Displacements::One& one, const Vector& change = {}) {
+    const Vector &said = one.said, &turned = one.turned;
+    add(Row{change.x, said.x, -said.y, turned.x, -turned.y}, one.moved.x - said.x);
+    add(Row{change.y, said.y, said.x, turned.y, turned.x}, one.moved.y - said.y);
+    moved += one.moved.x * one.moved.x + one.moved.y * one.moved.y;
+  }
+  void add(const Row& row, double residual) {
     normal.noalias() += row * row.transpose();
     right += residual * row;
     rest += residual * residual;
-    moved += place * place;
     rows += 1;
   }
   void add(const Sums& other) {
@@ -126,48 +140,62 @@ double left_at(const Sums& all) {
   return std::max(0.0, all.rest - right.dot(sure.ldlt().solve(right))) / all.rows;
 }
 
-}  // namespace
-
-std::optional<DisplacementLag> displacement_lag(const PlaneMotion& motion) {
-  const Displacements displacements(motion);
-  const auto most = static_cast<long>(displacements.steps(longest));
+/// The lag of least squares, in samples. None where it is as far as lags are tried, or where a lag changes so little
+/// that noise says which is the best one.
+std::optional<long> best_lag(const Displacements& displacements) {
+  constexpr double rises = 1.15;  // by so much, for a tenth of a second more or less
+  const auto most = static_cast<long>(displacements.steps(longest)),
+             beside = static_cast<long>(displacements.steps(0.1));
   std::vector<double> left;
   for (long lag = -most; lag <= most; ++lag) {
     Sums all;
-    displacements.at(lag, [&](std::size_t, const auto& row, double rest, double place) { all.add(row, rest, place); });
+    for (const Displacements::One& one : displacements.at(lag)) all.add(one);
     left.push_back(left_at(all));
   }
   const long best = std::min_element(left.begin(), left.end()) - left.begin() - most;
-  // Where a lag changes little, noise says which is the best one.
-  constexpr double rises = 1.15;  // by so much, for a tenth of a second more or less
-  const auto beside = static_cast<long>(displacements.steps(0.1));
   const auto at = [&](long lag) { return left[static_cast<std::size_t>(lag + most)]; };
   if (!std::isfinite(at(best)) || std::abs(best) + beside > most) return std::nullopt;
   if (!(std::min(at(best - beside), at(best + beside)) > rises * at(best))) return std::nullopt;
+  return best;
+}
 
-  // Ten seconds, less in a short log: few blocks hardly show how blocks differ.
-  constexpr std::size_t least_blocks = 8, fewest = 3;
-  const auto block = std::max<std::size_t>(
-      1, std::min(static_cast<std::size_t>(10.0 / motion.dt), displacements.size() / least_blocks));
+/// Sums at a lag by blocks of ten seconds, less in a short log: few blocks hardly show how blocks differ.
+std::vector<Sums> by_blocks(const Displacements& displacements, long lag, double dt) {
+  constexpr std::size_t least_blocks = 8;
+  const auto block =
+      std::max<std::size_t>(1, std::min(static_cast<std::size_t>(10.0 / dt), displacements.size() / least_blocks));
   std::vector<Sums> blocks(displacements.size() / block + 1);
-  displacements.at(best, [&](std::size_t k, const auto& row, double rest, double place) {
-    blocks[k / block].add(row, rest, place);
-  });
+  const std::vector<Vector> changes = displacements.changes(lag);
+  for (const Displacements::One& one : displacements.at(lag)) {
+    const Vector& change = changes[one.sample];
+    if (!std::isnan(change.x + change.y)) blocks[one.sample / block].add(one, change);
+  }
   std::erase_if(blocks, [](const Sums& one) { return !(one.rows > 0); });
+  return blocks;
+}
+
+}  // namespace
+
+/// Least squares with an interval by blocks: what residuals are correlated by within one is in it.
+std::optional<DisplacementLag> displacement_lag(const PlaneMotion& motion) {
+  constexpr std::size_t fewest = 3;
+  const Displacements displacements(motion);
+  const std::optional<long> best = best_lag(displacements);
+  if (!best) return std::nullopt;
+  const std::vector<Sums> blocks = by_blocks(displacements, *best, motion.dt);
   if (blocks.size() < fewest) return std::nullopt;
   Sums all;
   for (const Sums& one : blocks) all.add(one);
-  // Least squares with an interval by blocks: what residuals are correlated by within one is in it.
   const Square inverse = all.normal.ldlt().solve(Square::Identity());
-  const Displacements::Row found = inverse * all.right;
+  const Row found = inverse * all.right;
   Square scatter = Square::Zero();
   for (const Sums& one : blocks) {
-    const Displacements::Row score = one.right - one.normal * found;
+    const Row score = one.right - one.normal * found;
     scatter += score * score.transpose();
   }
   const double variance = (inverse * scatter * inverse)(0, 0);
   if (!std::isfinite(variance) || !std::isfinite(found[0])) return std::nullopt;
-  return DisplacementLag{static_cast<double>(best) * motion.dt + found[0], std::sqrt(std::max(0.0, variance)),
+  return DisplacementLag{static_cast<double>(*best) * motion.dt + found[0], std::sqrt(std::max(0.0, variance)),
                          blocks.size(), all.moved > 0 ? 1.0 - all.rest / all.moved : 0.0};
 }
 

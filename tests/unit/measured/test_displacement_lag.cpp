@@ -78,7 +78,8 @@ TEST(DisplacementLag, ErrorsOfScaleAxesAndPlaceAreNoLag) {
 /// The true lag lies within so many standard deviations as often as it should by Student's t of a few blocks, whether
 /// the speed changes or a lever could take the lag's place.
 TEST(DisplacementLag, IsAsSureAsItSays) {
-  for (const auto& [swing, noise, least] : {std::tuple(12.0, 0.05, 24), {12.0, 0.1, 10}, {0.0, 0.1, 0}}) {
+  for (const auto& [swing, noise, least] :
+       {std::tuple(12.0, 0.05, 24), {12.0, 0.1, 10}, {3.0, 0.1, 0}, {0.0, 0.1, 0}}) {
     int beyond_two = 0, beyond_four = 0, known = 0;
     double worst = 0;
     constexpr int drives = 24;
@@ -96,7 +97,7 @@ TEST(DisplacementLag, IsAsSureAsItSays) {
     EXPECT_LE(beyond_four, 1) << swing;
     EXPECT_LT(worst, 0.02) << swing;
     EXPECT_GE(known, least) << swing;
-    EXPECT_LE(known, swing > 0 ? drives : 0) << swing << ": noise says which lag is best";
+    EXPECT_TRUE(swing > 0 || known == 0) << "noise says which lag is best";
   }
 }
 

@@ -126,9 +126,9 @@ bool is_sure(const measured::Delay& d, double dt) {
 }
 
 /// Speeds against the place by what is known better.
-std::vector<measured::Delay> delays_between(const measured::Session& session, double dt, bool displacements) {
+std::vector<measured::Delay> delays_between(const measured::Session& session, double dt, SpeedsBy by) {
   std::vector<measured::Delay> delays = measured::delays_of(session);
-  if (!displacements) return delays;
+  if (by == SpeedsBy::accelerations) return delays;
   const auto of = [&](std::string_view channel) {
     return std::ranges::find_if(delays, [channel](const auto& d) { return d.of_clock && d.channel == channel; });
   };
@@ -151,10 +151,10 @@ std::string ChannelDelay::name() const { return measured::delay_names[group]; }
 std::string ChannelDelay::words() const { return words_of(group); }
 std::string ChannelDelay::against() const { return words_of(partner[group]); }
 
-std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs, bool displacements) {
+std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs, SpeedsBy speeds) {
   std::vector<ChannelDelay> found;
   const double dt = longest_step(logs);
-  for (const measured::Delay& d : delays_between(session_of(logs), dt, displacements)) {
+  for (const measured::Delay& d : delays_between(session_of(logs), dt, speeds)) {
     if (!d.of_clock || !is_sure(d, dt)) continue;
     const auto name = std::ranges::find(measured::delay_names, std::string_view(d.channel));
     const auto group = static_cast<std::size_t>(name - measured::delay_names.begin());

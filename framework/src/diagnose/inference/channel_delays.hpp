@@ -13,6 +13,10 @@ namespace gripline::diagnose {
 
 using measured::LogFile;
 
+/// What speeds are set against the place by: how well accelerations correlate, or also what displacements say, where
+/// these tell more.
+enum class SpeedsBy { accelerations, displacements_too };
+
 /// How late the channels of a group are.
 struct ChannelDelay {
   std::size_t group = 0;                  // measured::delay_names
@@ -25,9 +29,8 @@ struct ChannelDelay {
 
 /// Delays between speeds and place, and between yaw rate and yaw, that are longer than a sample, and surely
 /// (thresholds::false_delay) longer than half of one. As no sensor shows what has not happened yet, that of the two
-/// which comes after the other is the late one. The logs are taken as from one recorder. `displacements`: speeds are
-/// set against the place by these where they tell more than accelerations do.
-std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs, bool displacements = true);
+/// which comes after the other is the late one. The logs are taken as from one recorder.
+std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs, SpeedsBy speeds);
 
 /// What delays of place and yaw may still be wrong by is open in every model from now on: a pose is so precise that a
 /// tenth of a sample shows. Of them whole samples are to be taken off, where all logs have the same: what lies between

@@ -65,7 +65,7 @@ std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, co
     if (file.derived_yaw) forget_yaw_rate(own);
     logs.push_back(measured::on_even_grid(own, v_ref));
   }
-  return find_channel_delays(logs, false);
+  return find_channel_delays(logs, SpeedsBy::accelerations);
 }
 
 }  // namespace gripline::diagnose
