@@ -10,9 +10,9 @@
 //   vy'    = v' sin(beta) + v cos(beta) beta'
 //   omega' = vy' / lr
 //
-// On level ground a state that starts on the map stays on it. A grade changes vx alone, so that a steered car leaves the
-// map there. Source: Rajamani, Vehicle Dynamics and Control, section 2.2; the paper's kinematic model with lr, not lf, in
-// beta. The drive force acts along v, as there.
+// On level ground a state that starts on the map stays on it. A grade changes vx alone, so that a steered car leaves
+// the map there. Source: Rajamani, Vehicle Dynamics and Control, section 2.2; the paper's kinematic model with lr, not
+// lf, in beta. The drive force acts along v, as there.
 #include "common/vehicle/no_slip_car.hpp"
 
 namespace {

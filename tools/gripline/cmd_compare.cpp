@@ -34,7 +34,7 @@ int run_compare(Arguments args) {
   const RaceOptions options = read_race_options(*given);
   const Registry registry = open_registry(options.plugin_dirs);
   std::unique_ptr<Experiment> experiment;
-  read_with_blame(options, [&](std::span<const std::string> assignments) {
+  read_telling_assignments(options, [&](std::span<const std::string> assignments) {
     experiment = read_experiment(options.experiment, assignments, registry);
   });
   ExperimentRequest request;

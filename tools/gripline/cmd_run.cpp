@@ -41,7 +41,7 @@ int run_one(Arguments args) {
   const RaceOptions options = read_race_options(*given);
   const Registry registry = open_registry(options.plugin_dirs);
   std::optional<RaceSpec> race;
-  read_with_blame(options, [&](std::span<const std::string> assignments) {
+  read_telling_assignments(options, [&](std::span<const std::string> assignments) {
     race.reset();
     Node tree = load_experiment(options.experiment, assignments);
     kind_of_experiment(tree);  // refuses a kind that is not there

@@ -59,7 +59,8 @@ RaceOptions read_race_options(const po::variables_map& given) {
   return options;
 }
 
-void read_with_blame(const RaceOptions& options, const std::function<void(std::span<const std::string>)>& read) {
+void read_telling_assignments(const RaceOptions& options,
+                              const std::function<void(std::span<const std::string>)>& read) {
   try {
     read(options.assignments);
   } catch (const InputError& error) {

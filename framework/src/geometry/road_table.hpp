@@ -47,9 +47,9 @@ std::vector<WidthStep> width_steps(const RoadTable& road);
 /// Throws GeometryError (Track).
 Track to_track(const RoadTable& road);
 
-/// x_m,y_m,w_tr_right_m,w_tr_left_m,grade_rad,bank_rad, and for bridges and a start a JSON file that names the CSV: what
-/// load_track reads. `out` ends in .csv or .json; the CSV lies beside a .json. Throws GeometryError where a CSV alone cannot say
-/// that crossings are bridges.
+/// x_m,y_m,w_tr_right_m,w_tr_left_m,grade_rad,bank_rad, and for bridges and a start a JSON file that names the CSV:
+/// what load_track reads. `out` ends in .csv or .json; the CSV lies beside a .json. Throws GeometryError where a CSV
+/// alone cannot say that crossings are bridges.
 void write_road(const std::filesystem::path& out, const Track& track, const RoadTable& road);
 
 /// Where write_road puts the points of a road whose `out` ends in .json.

@@ -50,8 +50,8 @@ class Displacements {
     }
     return out;
   }
-  /// How what the velocity says changes with the lag against the place [m/s], from every sample on. That of a place that
-  /// is late the velocity says with less noise than differences of the place do.
+  /// How what the velocity says changes with the lag against the place [m/s], from every sample on. Where the place is
+  /// the late one, the velocity says so with less noise than differences of the place do.
   std::vector<Vector> changes(long lag) const {
     const Way here = way_of(later_by(lag));
     std::vector<Vector> out(n_);

@@ -56,6 +56,8 @@ struct Frame {
 /// Channels that are stamped by one clock share a delay: four groups.
 inline constexpr std::size_t delay_groups = 4;
 inline constexpr std::array<const char*, delay_groups> delay_names = {"position", "yaw", "velocity", "yaw_rate"};
+/// What a delay of a group is called where effects are named.
+inline std::string delay_effect(std::size_t group) { return std::string(delay_names[group]) + "_delay"; }
 inline constexpr std::array<std::size_t, channels> delay_group = {0, 0, 1, 2, 2, 3};
 
 /// How a recording of ROS becomes a table (bags/bag_table.hpp); of no meaning for other logs.

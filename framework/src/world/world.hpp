@@ -52,8 +52,8 @@ class World {
   double slip(Axle axle) const { return axle == Axle::front ? held_.slip_front : held_.slip_rear; }
   /// At the start of the last step.
   Acting acting() const;
-  /// Now, when `next` is applied now. The forces of a plant that is a plugin are those at the end
-  /// of its last step, which are under that step's command.
+  /// Now, when `next` is applied now. The forces of a plant that is a plugin are those at the end of its last step,
+  /// which are under that step's command.
   Acting acting_under(const Input& next) const;
 
   /// The centre of gravity, or a corner of the car, is outside the edges.

@@ -4,7 +4,8 @@
 // explicit integration:
 //   resistance   Fres = (rolling + drag vx^2) clamp(vx / crawl, -1, 1)
 //   brakes       B = -brake d for d < 0;   Fd = -clamp(m (k vx - max(0, 1 - |vx| / slow) g sin(grade)), -B, B)
-//                with k = min(hold, B / (m slow)); crawl, slow and hold are the constants below
+//                with k = min(hold, B / (m slow)); crawl, slow and hold are crawl_speed, weak_brake_speed and
+//                largest_hold_rate below
 // Inside the bounds vx' = -k vx - g sin(grade) |vx| / slow - Fres / m, which is 0 at rest and stable where k exceeds
 // g |sin(grade)| / slow: a car whose brakes are stronger than the slope, up to 19 degrees, comes to rest and stays
 // there, where a force that only rises with speed would let it creep downhill. Forwards and faster than slow and B /

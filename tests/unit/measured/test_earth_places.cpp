@@ -28,7 +28,8 @@ std::vector<std::string> checks(const EarthPlaces& places) {
   return out;
 }
 
-// Lengths of a degree on WGS 84, from tables: 110.574 and 111.320 km at the equator, 111.132 and 78.847 km at 45 degrees.
+// Lengths of a degree on WGS 84, from tables: 110.574 and 111.320 km at the equator, 111.132 and 78.847 km at 45
+// degrees.
 TEST(EarthPlaces, DegreesAreAsLongAsOnTheEllipsoid) {
   for (const auto& [latitude, north, east] :
        {std::array{0.0, 110574.0, 111320.0}, {45.0, 111132.0, 78847.0}, {-45.0, 111132.0, 78847.0}}) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "measured/log_map.hpp"
 
@@ -115,12 +116,18 @@ ModelSpec Catalogue::without(const ModelSpec& model, std::size_t candidate) cons
   return less;
 }
 
-void Catalogue::allow_for_late_pose(std::size_t group, double seconds, double sigma) {
+StagedCar Catalogue::nominal_car() const {
   StagedCar car(*model_, model_params_);
   for (const Own& own : own_) car.add(*own.effect, own.params, own.id);
+  return car;
+}
+
+void Catalogue::allow_for_late_pose(std::size_t group, double seconds, double sigma) {
+  for (const Nuisance& n : nuisances_)
+    if (n.delay == group) throw std::logic_error("this group is late already");
   Nuisance n;
-  n.name = std::string(measured::delay_names[group]) + "_delay";
-  n.index = car.params().size() + group;
+  n.name = measured::delay_effect(group);
+  n.index = nominal_car().params().size() + group;
   n.nominal = seconds;
   n.sigma = sigma;
   n.delay = group;
@@ -132,8 +139,7 @@ void Catalogue::forget_late_pose() {
 }
 
 StagedCar Catalogue::build(const ModelSpec& model) const {
-  StagedCar car(*model_, model_params_);
-  for (const Own& own : own_) car.add(*own.effect, own.params, own.id);
+  StagedCar car = nominal_car();
   if (pose_is_late()) car.add(pose_latency_, {0.0, 0.0}, "pose_latency");
   for (std::size_t i = 0; i < nuisances_.size(); ++i) car.params()[nuisances_[i].index] = model.nuisance[i];
   for (std::size_t i = 0; i < model.members.size(); ++i) {

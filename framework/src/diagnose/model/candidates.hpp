@@ -63,7 +63,7 @@ class Catalogue {
 
   void set_nuisances(std::vector<Nuisance> nuisances) { nuisances_ = std::move(nuisances); }
   /// From now on place (group 0) or heading (1) are late by so much more than was taken off the logs, known to within a
-  /// standard deviation [s]. Groups one after the other, each once.
+  /// standard deviation [s]. Each group once.
   void allow_for_late_pose(std::size_t group, double seconds, double sigma);
   /// As it was before.
   void forget_late_pose();
@@ -93,6 +93,7 @@ class Catalogue {
   bool before(std::size_t a, std::size_t b) const;
 
  private:
+  StagedCar nominal_car() const;  // with the world's own effects
   Car car_;
   VehicleSpec nominal_;  // keeps the tables alive that instances point into
   Instance<VehicleModel> model_;

@@ -114,7 +114,7 @@ void fill_values(std::vector<MissingEffect>& named, const WorldSpec& found,
     }
 }
 
-/// By gain, which fits have moved, those last that harm.
+/// By the decrease, which fits have moved, those last that harm.
 void order_ranking(std::vector<ScoredEffect>& ranking) {
   std::ranges::stable_sort(ranking, std::greater<>(), &ScoredEffect::less_error);
   std::stable_partition(ranking.begin(), ranking.end(),

@@ -33,9 +33,9 @@ struct NamedEffect {
 /// A candidate by itself.
 struct RankedEffect {
   std::string effect;
-  // Log evidence over the null model, fitted or, where it was not, predicted. Logs of real cars have none:
+  // Log evidence over the null model, fitted or, where it was not, predicted; none of logs of real cars.
   std::optional<double> gain = {};
-  // there it is the relative decrease of squared errors (ScoredEffect).
+  // Relative decrease of squared errors (ScoredEffect), of logs of real cars.
   std::optional<double> less_error = {};
   // Error of 1 s predictions on hold-out data, in sensor standard deviations; NaN where it was not fitted.
   double held_out = not_a_number;

@@ -33,9 +33,10 @@ void read_effects(ObjectReader& reader, Answer& a) {
 }
 
 /// Whether an id names a delay of channels.
-bool is_delay(std::string_view id) {
-  return std::ranges::any_of(measured::delay_names,
-                             [&](const char* name) { return id == std::string(name) + "_delay"; });
+bool is_delay(const std::string& id) {
+  for (std::size_t group = 0; group < measured::delay_groups; ++group)
+    if (id == measured::delay_effect(group)) return true;
+  return false;
 }
 
 /// Effects that say the same as those named, and the delays that were taken off.
