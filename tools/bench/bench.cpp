@@ -73,13 +73,6 @@ PluginSpec controller_spec(const std::string& id, int horizon, const std::string
   return spec;
 }
 
-PluginContext plugin_context(const WorldSpec& world) {
-  PluginContext context;
-  context.car = world.car.car;
-  context.dt = world.dt;
-  return context;
-}
-
 struct Replay {
   std::vector<double> times, iterations;
   std::vector<Input> inputs;

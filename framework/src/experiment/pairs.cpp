@@ -6,10 +6,10 @@
 #include <ostream>
 #include <set>
 
-#include "experiment/race_printing.hpp"
 #include "util/csv_writer.hpp"
 #include "util/resampling.hpp"
 #include "util/statistics.hpp"
+#include "util/text_table.hpp"
 
 namespace gripline {
 namespace {

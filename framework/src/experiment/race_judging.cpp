@@ -4,8 +4,8 @@
 #include <set>
 
 #include "experiment/race_columns.hpp"
-#include "experiment/race_printing.hpp"
 #include "util/resampling.hpp"
+#include "util/text_table.hpp"
 
 namespace gripline {
 namespace {

@@ -9,11 +9,7 @@ namespace gripline {
 namespace {
 
 PlantEnvelope envelope_of(const WorldSpec& spec, double factor) {
-  PluginContext context;
-  context.car = spec.car.car;
-  context.dt = spec.dt;
-  context.hold = spec.hold;
-  const auto plant = create<Plant>(*spec.plant.entry, context, spec.plant.values);
+  const auto plant = create<Plant>(*spec.plant.entry, plugin_context(spec), spec.plant.values);
   return measure_envelope(*plant, spec.car.car, spec.dt, factor);
 }
 

@@ -9,14 +9,6 @@
 namespace gripline {
 namespace {
 
-PluginContext context_of(const WorldSpec& spec) {
-  PluginContext context;
-  context.car = spec.car.car;
-  context.dt = spec.dt;
-  context.hold = spec.hold;
-  return context;
-}
-
 /// A friction schedule with the patches of a world and nothing else.
 FrictionSchedule patches_of(const WorldSpec& spec) {
   FrictionSpec friction;
@@ -30,7 +22,7 @@ TruePlant::TruePlant(const WorldSpec& spec, double factor, bool patches)
     : car_(spec.car.car),
       factor_(factor),
       patches_(patches ? patches_of(spec) : FrictionSchedule()),
-      vehicle_(spec.vehicle, context_of(spec), &friction_),
+      vehicle_(spec.vehicle, plugin_context(spec), &friction_),
       model_(vehicle_.car_without_memory()) {
   const World world(spec, 1);
   const Truth& truth = world.truth();

@@ -12,13 +12,13 @@
 #include <span>
 
 #include "config/node.hpp"
-#include "experiment/race_printing.hpp"
 #include "sweep/sweep.hpp"
 #include "util/csv_cell.hpp"
 #include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 #include "util/resampling.hpp"
 #include "util/statistics.hpp"
+#include "util/text_table.hpp"
 
 namespace gripline::sweep {
 namespace {

@@ -253,10 +253,7 @@ World::World(const WorldSpec& spec, std::uint64_t seed)
   state_.y = spec.start.y;
   state_.yaw = spec.start.yaw;
   state_.vx = spec.start_speed;
-  PluginContext context;
-  context.car = spec.car.car;
-  context.dt = spec.dt;
-  context.hold = spec.hold;
+  PluginContext context = plugin_context(spec);
   context.seed = seed;
   context.course = &course_;
   road_ = std::make_unique<WorldGround>(*this);

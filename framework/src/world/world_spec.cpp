@@ -26,10 +26,7 @@ bool has_plugin(const Registry& registry, abi::Kind kind, const std::string& id)
 /// Makes the plant once, so that what it says against its parameters is reported at their place in the file.
 void check_plant(const WorldSpec& world, const Node& node, Errors& errors) {
   if (!errors.empty()) return;
-  PluginContext context;
-  context.car = world.car.car;
-  context.dt = world.dt;
-  context.hold = world.hold;
+  const PluginContext context = plugin_context(world);
   // In a process of its own: a plant that crashes is reported by the run.
   const ChildResult result = run_in_child(10.0, [&](const SendMessage& send) {
     try {
@@ -199,6 +196,14 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors,
   }
   r.finish();
   return world;
+}
+
+PluginContext plugin_context(const WorldSpec& world) {
+  PluginContext context;
+  context.car = world.car.car;
+  context.dt = world.dt;
+  context.hold = world.hold;
+  return context;
 }
 
 void require_vehicle_model(const WorldSpec& world, std::string_view who) {

@@ -48,6 +48,9 @@ enum class RoadRule { required, optional };
 /// What is wrong goes to errors, also a plugin that is missing (read_plugin).
 WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors, RoadRule road = RoadRule::required);
 
+/// What plugins of this world are made from: its car, step and hold; without seed, road and truth.
+PluginContext plugin_context(const WorldSpec& world);
+
 /// Refuses a black box, at its place: `who` needs the equations of a vehicle model.
 void require_vehicle_model(const WorldSpec& world, std::string_view who);
 
