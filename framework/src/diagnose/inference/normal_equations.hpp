@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include "diagnose/inference/filter.hpp"
@@ -42,6 +43,7 @@ struct NormalEquations {
       N = Eigen::MatrixXd::Zero(p, p);
       g = Eigen::VectorXd::Zero(p);
     }
+    if (g.size() != p) throw std::logic_error("logs with other parameters cannot be added");
     N += Eigen::Map<const Eigen::MatrixXd>(l.N.data(), p, p);
     g += Eigen::Map<const Eigen::VectorXd>(l.g.data(), p);
   }

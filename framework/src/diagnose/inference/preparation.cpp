@@ -138,7 +138,8 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
     Trace trace;
     trace.log = std::move(one);
     trace.set_motion(smooth_readings(trace.log, 3), road);
-    problem.rows += trace.size() * channels;
+    problem.rows +=
+        static_cast<std::size_t>(std::ranges::count_if(trace.log.reading, [](double r) { return std::isfinite(r); }));
     problem.traces.push_back(std::move(trace));
   }
   problem.substeps = substeps_of_motion(catalogue.build(catalogue.null_model()), problem.traces);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <numeric>
 #include <span>
 
@@ -107,10 +108,11 @@ Extension best_of(const Problem& problem, const Fit& fitted, const Screening& s,
     bool outside = false;
     std::vector<double> steps;
     for (std::size_t f = 0; f < moving; ++f) {
+      const std::size_t moved = scanned ? c.strength : f;
       const double step = score.step[static_cast<Index>(f)];
-      outside |= count == 1 && leaves(c.decl(f), step);
-      values[c.fitted[f]] = value_after(c.decl(f), step);
-      steps.push_back(values[c.fitted[f]] - c.decl(f).neutral);
+      outside |= count == 1 && leaves(c.decl(moved), step);
+      values[c.fitted[moved]] = value_after(c.decl(moved), step);
+      steps.push_back(values[c.fitted[moved]] - c.decl(moved).neutral);
     }
     const double gain = outside ? 0.0 : score.gain;
     if (gain <= best.gain) continue;
@@ -133,7 +135,7 @@ Screening screen(const Problem& problem, const Fit& fitted) {
     out.own_params = regressors.size();
     std::vector<CandidateRegressors> groups;
     candidate_regressors(catalogue, fitted.model, trace, lm, regressors, groups);
-    if (out.groups.empty()) out.groups = std::move(groups);  // they are the same along every trace
+    if (out.groups.empty()) out.groups = std::move(groups);  // the same along every trace: of catalogue and model alone
     out.normal.add(filter_along(lm, fitted.noise, regressors));
   }
   out.normal.add(nuisance_priors(catalogue, fitted.model));
@@ -141,7 +143,10 @@ Screening screen(const Problem& problem, const Fit& fitted) {
   out.at_limit = fix_at_limits(catalogue, fitted.model, fixed);
   if (out.at_limit) out.own_gain = test_with_free_nuisances(catalogue, fitted.model, out, {}, 0.0).gain;
   for (const CandidateRegressors& group : out.groups) out.extensions.push_back(best_of(problem, fitted, out, group));
-  const auto worth = [&](const Extension& e) { return e.gain - problem.penalty(e.dof); };
+  // What these logs say nothing of, such as brakes that were never used, comes last.
+  const auto worth = [&](const Extension& e) {
+    return e.dof == 0 ? -std::numeric_limits<double>::infinity() : e.gain - problem.penalty(e.dof);
+  };
   std::stable_sort(out.extensions.begin(), out.extensions.end(),
                    [&](const Extension& a, const Extension& b) { return worth(a) > worth(b); });
   return out;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "diagnose/model/shape_parameters.hpp"
 #include "measured/log_map.hpp"
 
 namespace gripline::diagnose {
@@ -42,7 +43,8 @@ Catalogue::Catalogue(const VehicleSpec& nominal, const Car& car, const Registry&
   context.car = car;
   model_ = create<VehicleModel>(*nominal.model.entry, context, nominal.model.values);
   for (const PluginSpec& one : nominal.effects)
-    own_.push_back({create<Effect>(*one.entry, context, one.values), one.numbers(), one.id()});
+    own_.push_back(
+        {create<Effect>(*one.entry, context, one.values), one.numbers(), one.id(), one.entry->decl->precedence});
   for (const PluginEntry& entry : registry.entries()) {
     if (!can_be_fitted(entry)) continue;
     Candidate c;
@@ -56,7 +58,12 @@ Catalogue::Catalogue(const VehicleSpec& nominal, const Car& car, const Registry&
       if (entry.decl->params[i].fit) c.fitted.push_back(i);
     }
     c.excluded = std::find(exclude.begin(), exclude.end(), c.id) != exclude.end();
-    c.dynamic = c.effect->memory() > 0 || c.effect->look_back(c.defaults) > 0.0;
+    const bool delays = c.effect->look_back(c.defaults) > 0.0;
+    // A delay puts an earlier command in place of what acts, and would undo a delay that the world has.
+    if (delays && own_looks_back()) continue;
+    c.dynamic = c.effect->memory() > 0 || delays;
+    if (!c.dynamic) c.shapes = shape_parameters(c);
+    while (std::ranges::count(c.shapes, c.strength) > 0) ++c.strength;
     candidates_.push_back(std::move(c));
   }
   std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) { return a.id < b.id; });
@@ -93,9 +100,47 @@ bool Catalogue::before(std::size_t a, std::size_t b) const {
   return key(x) < key(y);
 }
 
-bool Catalogue::is_remembered_by_own(Stage stage) const {
-  return std::any_of(own_.begin(), own_.end(),
-                     [&](const Own& own) { return own.effect->memory() > 0 && own.effect->stage() > stage; });
+bool Catalogue::own_looks_back() const {
+  return std::ranges::any_of(own_, [](const Own& own) { return own.effect->look_back(own.params) > 0.0; });
+}
+
+bool Catalogue::own_remembers_model() const {
+  return std::ranges::any_of(
+      own_, [](const Own& own) { return own.effect->memory() > 0 && own.effect->stage() > Stage::command; });
+}
+
+bool Catalogue::own_remembers(std::size_t candidate) const {
+  const Stage stage = candidates_[candidate].effect->stage();
+  const std::size_t first = first_own_after(candidate);
+  for (std::size_t i = 0; i < own_.size(); ++i) {
+    const Stage own = own_[i].effect->stage();
+    if (own_[i].effect->memory() > 0 && (own > stage || (own == stage && i >= first))) return true;
+  }
+  return false;
+}
+
+std::size_t Catalogue::first_own_after(std::size_t candidate) const {
+  const Candidate& c = candidates_[candidate];
+  const auto after = [&](const Own& own) {
+    return own.effect->stage() == c.effect->stage() && own.precedence > c.entry->decl->precedence;
+  };
+  return static_cast<std::size_t>(std::ranges::find_if(own_, after) - own_.begin());
+}
+
+std::vector<Catalogue::Link> Catalogue::chain(const ModelSpec& model) const {
+  std::vector<Link> links;
+  for (std::size_t own = 0; own <= own_.size(); ++own) {
+    for (std::size_t i = 0; i < model.members.size(); ++i)
+      if (first_own_after(model.members[i]) == own) links.push_back({false, i});
+    if (own < own_.size()) links.push_back({true, own});
+  }
+  return links;
+}
+
+std::size_t Catalogue::effect_number(const ModelSpec& model, std::size_t member) const {
+  const auto links = chain(model);
+  const auto found = std::ranges::find_if(links, [&](const Link& one) { return !one.own && one.index == member; });
+  return static_cast<std::size_t>(found - links.begin()) + (pose_is_late() ? 1 : 0);
 }
 
 ModelSpec Catalogue::with(const ModelSpec& model, std::size_t candidate) const {
@@ -116,18 +161,12 @@ ModelSpec Catalogue::without(const ModelSpec& model, std::size_t candidate) cons
   return less;
 }
 
-StagedCar Catalogue::nominal_car() const {
-  StagedCar car(*model_, model_params_);
-  for (const Own& own : own_) car.add(*own.effect, own.params, own.id);
-  return car;
-}
-
 void Catalogue::allow_for_late_pose(std::size_t group, double seconds, double sigma) {
   for (const Nuisance& n : nuisances_)
     if (n.delay == group) throw std::logic_error("this group is late already");
   Nuisance n;
   n.name = measured::delay_effect(group);
-  n.index = nominal_car().params().size() + group;
+  n.index = model_params_.size() + group;
   n.nominal = seconds;
   n.sigma = sigma;
   n.delay = group;
@@ -139,12 +178,16 @@ void Catalogue::forget_late_pose() {
 }
 
 StagedCar Catalogue::build(const ModelSpec& model) const {
-  StagedCar car = nominal_car();
+  StagedCar car(*model_, model_params_);
   if (pose_is_late()) car.add(pose_latency_, {0.0, 0.0}, "pose_latency");
   for (std::size_t i = 0; i < nuisances_.size(); ++i) car.params()[nuisances_[i].index] = model.nuisance[i];
-  for (std::size_t i = 0; i < model.members.size(); ++i) {
-    const Candidate& c = candidates_[model.members[i]];
-    car.add(*c.effect, model.values[i], c.id);
+  for (const Link& link : chain(model)) {
+    if (link.own) {
+      car.add(*own_[link.index].effect, own_[link.index].params, own_[link.index].id);
+      continue;
+    }
+    const Candidate& c = candidates_[model.members[link.index]];
+    car.add(*c.effect, model.values[link.index], c.id);
   }
   return car;
 }

@@ -27,6 +27,10 @@ struct Candidate {
   bool excluded = false;            // must not be named
   /// It has memory or a delay: its derivative at the neutral value is a limit, approximated by a secant.
   bool dynamic = false;
+  /// Which fitted parameters only shape what the others do: at neutral values nothing depends on them, wherever the car
+  /// is and however it drives (shape_parameters.hpp).
+  std::vector<std::size_t> shapes;
+  std::size_t strength = 0;  // the first fitted parameter that is no shape
   const abi::ParamDecl& decl(std::size_t fit) const { return entry->decl->params[fitted[fit]]; }
 };
 
@@ -76,24 +80,35 @@ class Catalogue {
   /// The model with one more effect at its start values.
   ModelSpec with(const ModelSpec& model, std::size_t candidate) const;
   ModelSpec without(const ModelSpec& model, std::size_t candidate) const;
-  /// The car of a model; holds pointers into this catalogue. Parameter order: the nominal model's, its own effects',
-  /// then the members'.
+  /// The car of a model; holds pointers into this catalogue. Parameter order: the nominal model's, then the effects' in
+  /// the order of the chain.
   StagedCar build(const ModelSpec& model) const;
-  /// Effects before the members in a built car.
-  std::size_t nominal_effects() const { return own_.size() + (pose_is_late() ? 1 : 0); }
+  /// An effect of a model: one of the world's own, or a member.
+  struct Link {
+    bool own = false;
+    std::size_t index = 0;  // among the own effects, as the world lists them, or among the members
+  };
+  /// All effects of a model in the order in which they act within a stage: own ones as the world lists them, a member
+  /// before the first own one of its stage that has a higher precedence.
+  std::vector<Link> chain(const ModelSpec& model) const;
+  /// Number of a member among the effects of a built car.
+  std::size_t effect_number(const ModelSpec& model, std::size_t member) const;
   /// Whether a nuisance acts on readings.
   bool pose_is_late() const {
     return std::ranges::any_of(nuisances_, [](const Nuisance& n) { return n.delay.has_value(); });
   }
-  /// Whether one of the world's own effects remembers what is done at this stage: it has memory and acts at a later
-  /// one. Within a stage own effects act before all candidates.
-  bool is_remembered_by_own(Stage stage) const;
+  /// Whether one of the world's own effects remembers what the nominal model does from its first stage on: it has memory
+  /// and acts at a later one.
+  bool own_remembers_model() const;
+  /// Whether one of them remembers what a candidate does: it has memory and acts after it.
+  bool own_remembers(std::size_t candidate) const;
   std::string name(const ModelSpec& model) const;
   /// Whether candidate a acts earlier in the chain of stages than candidate b.
   bool before(std::size_t a, std::size_t b) const;
 
  private:
-  StagedCar nominal_car() const;  // with the world's own effects
+  std::size_t first_own_after(std::size_t candidate) const;
+  bool own_looks_back() const;
   Car car_;
   VehicleSpec nominal_;  // keeps the tables alive that instances point into
   Instance<VehicleModel> model_;
@@ -103,9 +118,10 @@ class Catalogue {
     Instance<Effect> effect;
     std::vector<double> params;
     std::string id;
+    int precedence;
   };
   std::vector<Own> own_;
-  PoseLatency pose_latency_;  // behind the own effects, while one of its parameters is a nuisance
+  PoseLatency pose_latency_;  // the first effect, while one of its parameters is a nuisance
   std::vector<Candidate> candidates_;
   std::vector<Nuisance> nuisances_;
 };

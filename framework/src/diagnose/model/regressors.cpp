@@ -20,7 +20,7 @@ bool reads(const Catalogue& catalogue, const ModelSpec& model) {
 std::vector<std::size_t> slots(const Catalogue& catalogue, const ModelSpec& model, const StagedCar& car,
                                std::size_t member) {
   std::vector<std::size_t> at;
-  const std::size_t offset = car.param_offset(static_cast<int>(catalogue.nominal_effects() + member));
+  const std::size_t offset = car.param_offset(static_cast<int>(catalogue.effect_number(model, member)));
   for (const std::size_t f : catalogue.candidates()[model.members[member]].fitted) at.push_back(offset + f);
   return at;
 }
@@ -72,13 +72,13 @@ Regressor central_difference_regressor(StagedCar& car, const Trace& trace, std::
 /// changes that memory: with relaxing tyres nothing of a tyre shows in the rates of an instant. Derivatives by such
 /// parameters are differences with the memory simulated anew. The effect may be the model's or the world's own.
 bool is_remembered(const Catalogue& catalogue, const ModelSpec& model, std::size_t candidate) {
-  if (catalogue.is_remembered_by_own(catalogue.candidates()[candidate].effect->stage())) return true;
+  if (catalogue.own_remembers(candidate)) return true;
   return std::any_of(model.members.begin(), model.members.end(), [&](std::size_t m) {
     return catalogue.candidates()[m].effect->memory() > 0 && catalogue.before(candidate, m);
   });
 }
 bool nominal_is_remembered(const Catalogue& catalogue, const ModelSpec& model) {
-  if (catalogue.is_remembered_by_own(Stage::command)) return true;
+  if (catalogue.own_remembers_model()) return true;
   return std::any_of(model.members.begin(), model.members.end(), [&](std::size_t m) {
     const Effect& effect = *catalogue.candidates()[m].effect;
     return effect.memory() > 0 && effect.stage() > Stage::command;
@@ -172,14 +172,6 @@ Linearised linearise_with_regressors(const Catalogue& catalogue, const ModelSpec
 
 namespace {
 
-/// True when nothing at all depends on the parameter.
-bool vanishes(const Regressor& r) {
-  const auto zero = [](const std::vector<double>& v) {
-    return std::all_of(v.begin(), v.end(), [](double x) { return x == 0.0; });
-  };
-  return zero(r.rate) && zero(r.reading);
-}
-
 std::vector<double> at_neutral(const Candidate& c) {
   std::vector<double> values = c.defaults;
   for (std::size_t f = 0; f < c.fitted.size(); ++f) values[c.fitted[f]] = c.decl(f).neutral;
@@ -217,17 +209,12 @@ class CandidateProbe {
       regressors.push_back(secant());
       return;
     }
-    std::vector<Regressor> all = tangents();
-    std::vector<std::size_t> shapes;  // fitted parameters that do nothing at the neutral value
-    for (std::size_t f = 0; f < all.size(); ++f)
-      if (vanishes(all[f])) shapes.push_back(f);
-    if (shapes.empty() || shapes.size() == all.size()) {
-      std::move(all.begin(), all.end(), std::back_inserter(regressors));
+    if (!candidate_.shapes.empty() && candidate_.shapes.size() < slots_.size()) {
+      scan_shape(regressors, starts);
       return;
     }
-    std::size_t strength = 0;
-    while (vanishes(all[strength])) ++strength;
-    scan_shape(shapes, strength, regressors, starts);
+    std::vector<Regressor> all = tangents(slots_);
+    std::move(all.begin(), all.end(), std::back_inserter(regressors));
   }
 
  private:
@@ -257,30 +244,25 @@ class CandidateProbe {
     return difference_regressor(car_, trace_, slots_[fitted], small_step * candidate_.decl(fitted).scale, at_neutral_);
   }
 
-  /// Derivatives by all fitted parameters.
-  std::vector<Regressor> tangents() {
-    std::vector<Regressor> all(slots_.size());
+  /// Derivatives by some of the car's parameters, those of the fitted ones numbered from `first` on.
+  std::vector<Regressor> tangents(std::span<const std::size_t> at, std::size_t first = 0) {
+    std::vector<Regressor> all(at.size());
     if (through_memory_)
-      for (std::size_t f = 0; f < slots_.size(); ++f) all[f] = by_difference(f);
+      for (std::size_t f = 0; f < at.size(); ++f) all[f] = by_difference(first + f);
     else
-      exact_regressors(car_, trace_, lm_.memory, slots_, all);
-    if (candidate_.effect->stage() == Stage::reading) reading_regressors(car_, trace_, slots_, all);
+      exact_regressors(car_, trace_, lm_.memory, at, all);
+    if (candidate_.effect->stage() == Stage::reading) reading_regressors(car_, trace_, at, all);
     return all;
   }
 
   /// One regressor of the strength for each value of the first shape parameter, the others at their start.
-  void scan_shape(std::span<const std::size_t> shapes, std::size_t strength, std::vector<Regressor>& regressors,
-                  std::vector<std::vector<double>>& starts) {
+  void scan_shape(std::vector<Regressor>& regressors, std::vector<std::vector<double>>& starts) {
+    const std::vector<std::size_t>& shapes = candidate_.shapes;
     for (const double value : scan(candidate_.decl(shapes.front()))) {
       car_.params()[slots_[shapes.front()]] = value;
       for (std::size_t f = 1; f < shapes.size(); ++f)
         car_.params()[slots_[shapes[f]]] = candidate_.decl(shapes[f]).start;
-      std::vector<Regressor> one(1);
-      const std::size_t seed[] = {slots_[strength]};
-      if (through_memory_)
-        one.front() = by_difference(strength);
-      else
-        exact_regressors(car_, trace_, lm_.memory, seed, one);
+      auto one = tangents(std::span(slots_).subspan(candidate_.strength, 1), candidate_.strength);
       regressors.push_back(std::move(one.front()));
       std::vector<double> start = candidate_.defaults;
       start[candidate_.fitted[shapes.front()]] = value;

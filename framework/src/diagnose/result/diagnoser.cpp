@@ -438,12 +438,19 @@ std::vector<DetectionLimit> Diagnoser::detection_limits(SearchResult& found) con
   const double needed = 2.0 * (thresholds::single_gain + problem_.penalty_per_parameter());
   for (const CandidateRegressors& group : s.groups) {
     const Candidate& c = catalogue_.candidates()[group.candidate];
-    double largest = 0.0;
+    // Of several parameters, or several places, the one that shows least.
+    DetectionLimit limit{c.id, c.decl(c.strength).name, c.decl(c.strength).unit, not_a_number};
     for (std::size_t i = 0; i < group.count; ++i) {
+      const abi::ParamDecl& p = c.decl(group.starts.empty() && group.count == c.fitted.size() ? i : c.strength);
       const double information = information_beside(s, group.first + i);
-      if (information > 0.0) largest = std::max(largest, std::sqrt(needed / information));
+      const double size = std::sqrt(needed / information);
+      // A log that says nothing of an effect, such as one without braking of the brakes, would have shown none.
+      if (!(information > 0.0) || size > p.hi - p.lo || size <= limit.size) continue;
+      limit.param = p.name;
+      limit.unit = p.unit;
+      limit.size = size;
     }
-    limits.push_back({c.id, c.decl(0).name, c.decl(0).unit, largest});
+    limits.push_back(std::move(limit));
   }
   return limits;
 }

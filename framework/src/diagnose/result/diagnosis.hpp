@@ -43,7 +43,7 @@ struct RankedEffect {
   ErrorChange rollout = {};      // of 1 s predictions of hold-out data, by it alone
 };
 
-/// The smallest size of an effect that would have been detected in this log.
+/// The smallest size of an effect that would have been detected in this log; NaN where the log says nothing of it.
 struct DetectionLimit {
   std::string effect, param, unit;
   double size = 0;

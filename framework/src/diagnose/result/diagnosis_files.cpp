@@ -29,6 +29,17 @@ Node plugin_node(const PluginSpec& spec) {
   return node;
 }
 
+/// An effect that was found, with its values.
+Node member_node(const Catalogue& catalogue, const ModelSpec& model, std::size_t member) {
+  const Candidate& c = catalogue.candidates()[model.members[member]];
+  Node one = Node::empty_object(), params = Node::empty_object();
+  one.set("plugin", Node(c.id));
+  for (std::size_t p = 0; p < c.entry->decl->param_count; ++p)
+    params.set(c.entry->decl->params[p].name, number_or_null(model.values[member][p]));
+  one.set("params", std::move(params));
+  return one;
+}
+
 void write_text(const fs::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
   out << text;
@@ -158,17 +169,9 @@ Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec
     plant.set("params", std::move(params));
   }
   Node::Array effects;
-  for (const PluginSpec& own : world.vehicle.effects) effects.push_back(plugin_node(own));
-  for (std::size_t i = 0; i < d.fit.model.members.size(); ++i) {
-    const Candidate& c = catalogue.candidates()[d.fit.model.members[i]];
-    Node one = Node::empty_object();
-    one.set("plugin", Node(c.id));
-    Node params = Node::empty_object();
-    for (std::size_t p = 0; p < c.entry->decl->param_count; ++p)
-      params.set(c.entry->decl->params[p].name, number_or_null(d.fit.model.values[i][p]));
-    one.set("params", std::move(params));
-    effects.push_back(std::move(one));
-  }
+  for (const Catalogue::Link& link : catalogue.chain(d.fit.model))
+    effects.push_back(link.own ? plugin_node(world.vehicle.effects[link.index])
+                               : member_node(catalogue, d.fit.model, link.index));
   plant.set("effects", Node(std::move(effects)));
   Node patch = Node::empty_object();
   patch.set("plant", std::move(plant));

@@ -151,5 +151,33 @@ TEST(Screening, EqualRegressorsAreSynonyms) {
   EXPECT_EQ(rig.catalogue().candidates()[same.begin()->second.front()].id, "sensor_latency");
 }
 
+/// A log that was cut shows parts of the lap in one stretch and others in the next: what a stretch does not pass makes
+/// no other parameters.
+TEST(Screening, AddsStretchesOfDifferentPartsOfTheLap) {
+  const DiagnoseRig rig;
+  const ModelSpec truth = rig.with("aero_drag", {0.3});
+  Problem problem = rig.problem({rig.simulate(truth, {8, 91, 1}), rig.simulate(truth, {12, 92, 1})});
+  const std::array<std::pair<double, double>, 2> parts = {std::pair(0.0, 0.2), std::pair(0.0, 2.0)};  // of laps
+  for (std::size_t i = 0; i < 2; ++i) {
+    Trace& trace = problem.traces[i];
+    for (std::size_t k = 0; k < trace.size(); ++k)
+      trace.at[k].lap_fraction = std::fmod(
+          std::lerp(parts[i].first, parts[i].second, static_cast<double>(k) / static_cast<double>(trace.size())), 1.0);
+  }
+  const Fit fitted = fit(problem, rig.catalogue().null_model(), rig.noise(problem, 1.0), 4);
+  const Screening s = screen(problem, fitted);
+  const CandidateRegressors& last = s.groups.back();
+  EXPECT_EQ(static_cast<std::size_t>(s.normal.g.size()), last.first + last.count);
+  EXPECT_EQ(rig.catalogue().name(s.extensions.front().start), "aero_drag");
+}
+
+/// A car that never brakes says nothing of its brakes.
+TEST(Screening, PutsLastWhatTheLogSaysNothingOf) {
+  const DiagnoseRig rig;
+  const Screened s(rig, rig.with("drive_gain", {0.02}));
+  EXPECT_EQ(s.of("brake_gain").dof, 0U);
+  EXPECT_EQ(rig.catalogue().candidates()[s.screening.extensions.back().candidate].id, "brake_gain");
+}
+
 }  // namespace test_diagnose_screening
 }  // namespace gripline::diagnose

@@ -23,6 +23,48 @@ TEST(Catalogue, HoldsEffectsThatCanBeFitted) {
   EXPECT_FALSE(catalogue.candidates()[catalogue.find("aero_drag")].dynamic);
 }
 
+/// What a patch does nothing of while it has no depth is its place and width; a knot of a profile along the lap acts
+/// alone.
+TEST(Catalogue, KnowsWhichParametersOnlyShapeAnEffect) {
+  const DiagnoseRig rig;
+  const auto candidate = [&](const char* id) -> const Candidate& {
+    return rig.catalogue().candidates()[rig.catalogue().find(id)];
+  };
+  const Candidate& patch = candidate("friction_patch");
+  EXPECT_STREQ(patch.decl(patch.strength).name, "k");
+  ASSERT_EQ(patch.shapes.size(), 2U);
+  EXPECT_STREQ(patch.decl(patch.shapes[0]).name, "s0");
+  EXPECT_STREQ(patch.decl(patch.shapes[1]).name, "w");
+  for (const char* id : {"bank", "grade", "aero_drag", "brake_gain", "vx_bias", "pose_lever", "wind", "plane_tilt"})
+    EXPECT_TRUE(candidate(id).shapes.empty()) << id;
+}
+
+/// A delay puts the command of some time ago in place of what acts: it stands before the offset that the world has, or
+/// it would undo it.
+TEST(Catalogue, MembersStandAmongTheWorldsOwnEffects) {
+  const DiagnoseRig rig({}, {}, R"({"plant": {"effects": [
+    {"plugin": "motor_lag", "params": {"tau": 0.1}}, {"plugin": "steer_offset", "params": {"d0": 0.05}}]}})");
+  const Catalogue& catalogue = rig.catalogue();
+  const ModelSpec late = rig.with("input_delay", {0.0});
+  std::string order;
+  for (const Catalogue::Link& link : catalogue.chain(rig.with(late, "steer_gain", {0.1})))
+    order += link.own ? (link.index == 0 ? "lag " : "offset ") : (link.index == 0 ? "delay " : "gain ");
+  EXPECT_EQ(order, "delay lag gain offset ");
+  EXPECT_EQ(catalogue.effect_number(late, 0), 0U);
+  EXPECT_TRUE(catalogue.own_remembers(catalogue.find("input_delay"))) << "the lag remembers what was delayed";
+  EXPECT_FALSE(catalogue.own_remembers(catalogue.find("steer_gain")));
+  const measured::Log with = rig.simulate(late, {2, 5, 0.0}),
+                      without = rig.simulate(catalogue.null_model(), {2, 5, 0.0});
+  for (std::size_t k = 0; k < with.reading.size(); ++k) EXPECT_NEAR(with.reading[k], without.reading[k], 1e-9);
+}
+
+TEST(Catalogue, OffersNoSecondDelay) {
+  const DiagnoseRig rig({}, {}, R"({"plant": {"effects": [{"plugin": "input_delay", "params": {"T": 0.02}}]}})");
+  for (const char* id : {"input_delay", "sensor_latency"})
+    EXPECT_EQ(rig.catalogue().find(id), rig.catalogue().candidates().size()) << id;
+  EXPECT_LT(rig.catalogue().find("steer_lag"), rig.catalogue().candidates().size());
+}
+
 TEST(Catalogue, NominalParametersAreFoundByName) {
   const DiagnoseRig rig;
   std::size_t index = 99;
