@@ -216,7 +216,7 @@ void write_copied_summary(const fs::path& folder, const RunResult& driven, std::
   RunSummary same = driven.summary;
   same.seed = seed;
   Node node = summary_node(same, key);
-  node.set("driven_as", Node(static_cast<double>(driven.summary.seed)));
+  node.set("driven_as", Node(static_cast<double>(driven.driven_as.value_or(driven.summary.seed))));
   node.set("drive", Node(driven.drive));
   finish_summary(folder, std::move(node), Node::empty_object());
 }

@@ -102,6 +102,19 @@ TEST_F(Runner, SeedsOfOneRunAreDrivenTwiceAtMost) {
   EXPECT_NE(drawn.runs[0].drive, drawn.runs[2].drive);
 }
 
+/// The first two seeds of a later call may be a copy and its equal: what follows is a copy of the run that was driven.
+TEST_F(Runner, ACopyOfACopyNamesTheRunThatWasDriven) {
+  const RaceSpec race = race_of();
+  run(race, {{"good", 1}, {"good", 2}, {"good", 3}});
+  const RunnerOutcome later = run(race, {{"good", 3}, {"good", 4}, {"good", 5}, {"good", 6}});
+  ASSERT_EQ(later.runs.size(), 4u);
+  for (const std::size_t i : {2u, 3u}) {
+    EXPECT_EQ(later.runs[i].driven_as, 1u);
+    EXPECT_EQ(later.runs[i].summary.status, Status::finished) << later.runs[i].summary.message;
+    EXPECT_EQ(later.runs[i].timing.cpu_s, later.runs[0].timing.cpu_s);
+  }
+}
+
 /// What is kept says whether its times were measured alone, whatever call asks for it.
 TEST_F(Runner, RunsRememberWhetherTheyWereAlone) {
   const RaceSpec race = race_of();
