@@ -226,8 +226,8 @@ TEST_F(Runner, PluginErrorsKeepTheirRowsAndTheirWords) {
   const RunnerOutcome outcome = run(race_of(), {{"throws", 1}, {"no_start", 1}});
   EXPECT_EQ(outcome.runs[0].summary.status, Status::plugin_error);
   EXPECT_EQ(outcome.runs[0].summary.message, "fault.throws at t = 0.200000 s: lost the road");
-  EXPECT_EQ(outcome.runs[0].summary.steps, 9);
-  EXPECT_EQ(read_csv(file("throws/1/steps.csv")).rows(), 10u);
+  EXPECT_EQ(outcome.runs[0].summary.steps, 10);
+  EXPECT_EQ(read_csv(file("throws/1/steps.csv")).rows(), 10u) << "the decision after the last step has no row";
   EXPECT_EQ(outcome.runs[1].summary.status, Status::plugin_error);
   EXPECT_EQ(outcome.runs[1].summary.message, "fault.throws_at_start: no fuel");
 }
