@@ -10,10 +10,10 @@ namespace test_force_validation {
 
 using namespace testing_support;
 
-RaceSpec race_of(std::string_view stacks) {
+RaceSpec race_of(std::string_view stacks, std::string_view world = R"({"laps": 3})") {
   Node tree = json(R"({"kind": "force_validation", "base": {"model": {"plugin": "ekinematic"},
     "planner": {"plugin": "fixed_speed", "params": {"mu": 0.6}}, "controller": {"plugin": "pure_pursuit"}}})");
-  tree.set("world", lap_world(R"({"laps": 3})"));
+  tree.set("world", lap_world(world));
   tree.set("stacks", json(stacks));
   inline_world_files(*tree.find("world"));
   return read_race("forces.json", std::move(tree), plugins());
@@ -43,6 +43,15 @@ TEST(ForceValidation, ARowWithoutALapToJudgeIsSaid) {
   EXPECT_EQ(by_channel(found.scores, "told").size(), 5u);
   EXPECT_TRUE(by_channel(found.scores, "late").empty());
   EXPECT_TRUE(std::filesystem::exists(out / "validation.csv"));
+}
+
+/// The first lap takes 4.3 s: the race ends within the second, which is the first after the stack trusts.
+TEST(ForceValidation, ALapThatWasNotDrivenToItsEndIsNotJudged) {
+  const Folder out;
+  const RaceSpec race = race_of(R"({"told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"}})",
+                                R"({"laps": 3, "duration": "6 s"})");
+  EXPECT_THAT([&] { validate_forces(race, {"told"}, out.path()); },
+              testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr("adapt_after): told (1 laps driven)")));
 }
 
 TEST(ForceValidation, NoRowWithALapToJudgeIsAnError) {
