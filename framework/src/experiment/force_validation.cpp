@@ -80,7 +80,7 @@ std::string no_lap_to_judge(const std::string& rows) {
 
 ForceScores validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
                             const std::filesystem::path& out, const ProgressCallback& progress) {
-  ValidationFiles files(out);
+  ValidationFiles files;
   ForceScores all;
   const auto asked = [&](const StackSpec& spec) {
     return !spec.estimator.empty() && std::find(rows.begin(), rows.end(), spec.name) != rows.end();
@@ -107,6 +107,7 @@ ForceScores validate_forces(const RaceSpec& race, const std::vector<std::string>
                       " laps driven)";
   }
   if (all.scores.empty() && !all.unjudged.empty()) throw std::runtime_error(no_lap_to_judge(all.unjudged));
+  files.write(out);
   return all;
 }
 

@@ -162,13 +162,14 @@ std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& reg
   const std::size_t parts = 2 + spec.estimators.size();
   const auto train = drive(spec.train, spec.driver, spec.seed, out / "train", {progress, 0, parts, "training drive"});
   const auto test = drive(spec.test, spec.driver, spec.seed, out / "test", {progress, 1, parts, "test drive"});
-  ValidationFiles files(out);
+  ValidationFiles files;
   std::vector<ChannelScore> all;
   std::size_t part = 2;
   for (const auto& [name, plugin] : spec.estimators) {
     if (progress) progress(static_cast<double>(part++), parts, name);
     files.add(name, predict_offline(spec, plugin, train, test), all);
   }
+  files.write(out);
   return all;
 }
 

@@ -65,5 +65,22 @@ TEST(ForceValidation, NoRowWithALapToJudgeIsAnError) {
   }
 }
 
+/// What an earlier call wrote is read until the new files are whole.
+TEST(ForceValidation, EarlierFilesStayUntilTheNewOnesAreWhole) {
+  const Folder out;
+  const RaceSpec race = race_of(R"({"told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"}})");
+  const std::vector<const char*> names = {"validation.csv", "validation_traces.csv"};
+  for (const char* name : names) write_text(out / name, "earlier");
+  int seen = 0;
+  const auto look = [&](double, std::size_t, const std::string&) {
+    ++seen;
+    for (const char* name : names) EXPECT_EQ(contents(out / name), "earlier");
+  };
+  validate_forces(race, {"told"}, out.path(), look);
+  EXPECT_GT(seen, 0);
+  EXPECT_EQ(lines(out / "validation.csv").size(), 6u);
+  EXPECT_GT(lines(out / "validation_traces.csv").size(), 5u * 100);
+}
+
 }  // namespace test_force_validation
 }  // namespace gripline
