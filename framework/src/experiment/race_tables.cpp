@@ -54,8 +54,6 @@ void write_table(const std::filesystem::path& out, const RaceResults& results, s
   write_file(out / result_files::table, text);
 }
 
-Node optional_number(const std::optional<double>& value) { return value ? Node(*value) : Node::null(); }
-
 }  // namespace
 
 void write_claims(const std::filesystem::path& out, std::span<const ClaimResult> claims) {
@@ -71,8 +69,8 @@ void write_claims(const std::filesystem::path& out, std::span<const ClaimResult>
     }
     one.set("holds", Node(*claim.holds));
     Node values = Node::empty_object();
-    values.set("left", optional_number(claim.left));
-    values.set("right", optional_number(claim.right));
+    values.set("left", number_or_null(claim.left));
+    values.set("right", number_or_null(claim.right));
     values.set("runs_held", Node(static_cast<double>(claim.runs_held)));
     values.set("runs", Node(static_cast<double>(claim.runs)));
     one.set("values", std::move(values));

@@ -20,8 +20,6 @@ namespace gripline {
 namespace fs = std::filesystem;
 namespace {
 
-Node number_or_null(const std::optional<double>& number) { return number ? Node(*number) : Node::null(); }
-
 Node numbers(const std::vector<double>& values) {
   Node::Array array;
   for (const double value : values) array.emplace_back(value);
