@@ -45,8 +45,8 @@ class Metrics {
   Metrics(const World& world, const StackSpec& stack, std::uint64_t seed);
   /// Before the first step, whose command is decided then.
   void start(bool solved);
-  /// After every control step of the world, at the state it led to, before the stack is asked: a stack that breaks there
-  /// has driven the step, and the lap that ended in it.
+  /// After every control step of the world, at the state it led to and before the stack is asked: a stack that breaks
+  /// there has driven the step, and the lap that ended in it.
   void step();
   /// After step(), what the stack decided there.
   void decision(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency = 0.0);
