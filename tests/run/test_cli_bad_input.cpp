@@ -82,6 +82,10 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
   EXPECT_EQ(refused({"compare", good, "-j", "0"}), "-j 0: at least one run at a time\n");
   EXPECT_EQ(refused({"compare", good, "-j", "-3"}), "-j -3: at least one run at a time\n");
   EXPECT_EQ(refused({"compare", good, "-j", "two"}), "-j two: expected a whole number\n");
+  for (const auto& [option, value] : {std::pair("-j", "2"), {"--timeout", "9 s"}, {"--memory", "500"}})
+    EXPECT_EQ(refused({"compare", good, "--set", "/kind=force_validation", "--set", "/claims=null", "--set",
+                       "/seeds/count=1", option, value}),
+              option + std::string(" is of the runs of a race, each a process of its own; this experiment is none\n"));
   EXPECT_THAT(refused({"compare", good, "--jbos", "2"}),
               AllOf(HasSubstr("--jbos"), HasSubstr("see gripline compare --help")));
   EXPECT_THAT(refused({"compare", good, "--onyl", "told"}),

@@ -197,6 +197,8 @@ TEST_F(Failures, AnInterruptKeepsWhatIsFinishedAndTheSameCommandGoesOn) {
   EXPECT_TRUE(fs::exists(out() + "/slow/1/summary.json"));
   EXPECT_FALSE(fs::exists(out() + "/told/.1.partial"));
   EXPECT_FALSE(fs::exists(out() + "/told/1"));
+  EXPECT_EQ(content_text(parse_file(out() + "/claims.json")),
+            R"({"claims":[],"skipped":[{"text":"told.violation_s <= slow.violation_s","why":"interrupted"}]})");
   words.insert(words.end(), {"--only", "slow"});
   const Outcome again = gripline_with(words);
   EXPECT_EQ(again.code, 0) << again.err;

@@ -191,6 +191,14 @@ TEST_F(CliRaces, EveryColumnIsDocumented) {
   EXPECT_THAT(gripline_with({"columns", "tabel.csv"}).err, HasSubstr("did you mean \"table.csv\"?"));
 }
 
+/// Differences of an earlier call are not shown beside the tables of this one.
+TEST_F(CliRaces, PairsAreThoseOfTheLastCall) {
+  ASSERT_EQ(compare({"--out", out(), "--baseline", "slow"}).code, 0);
+  EXPECT_TRUE(fs::exists(out() + "/pairs.csv"));
+  ASSERT_EQ(compare({"--out", out()}).code, 0);
+  EXPECT_FALSE(fs::exists(out() + "/pairs.csv"));
+}
+
 TEST_F(CliRaces, WithoutOutResultsAreUnderTheExperimentsName) {
   const Call here = {folder_.path(), {}};
   const Outcome outcome = gripline_with({"compare", fixture_dir() / "experiments/good.json"}, here);

@@ -17,13 +17,13 @@ namespace gripline::tools {
 struct ExperimentRequest {
   std::filesystem::path out;
   std::vector<std::string> only;  // rows of a race; empty: all
+  bool force = false;             // replaces another experiment's results
+  // Of races only; other kinds refuse them (refuse_race_options).
   int jobs = 1;
-  bool force = false;         // replaces another experiment's results
   double timeout_s = 0;       // wall clock of one run; 0: from the world
   std::size_t memory_mb = 0;  // of one run; 0: no limit
-  // Of races only; other kinds refuse them (refuse_race_options).
-  std::string baseline;    // the row that pairs.csv compares the others with; empty: none is written
-  std::string seeds_from;  // the text that seeds are drawn from; empty: those of the file
+  std::string baseline;       // the row that pairs.csv compares the others with; empty: none is written
+  std::string seeds_from;     // the text that seeds are drawn from; empty: those of the file
 };
 
 /// An experiment that was read whole, without an error.

@@ -10,6 +10,7 @@
 #include "experiment/race_printing.hpp"
 #include "experiment/race_runner.hpp"
 #include "experiment/race_tables.hpp"
+#include "experiment/result_files.hpp"
 #include "gripline/command.hpp"
 #include "gripline/experiment_kinds.hpp"
 #include "world/doubts.hpp"
@@ -86,6 +87,46 @@ void print_changes(const std::filesystem::path& out, const std::vector<std::stri
   if (changes.size() > most) std::cout << "  and " << changes.size() - most << " more\n";
 }
 
+std::string interrupted_text(const RunnerOutcome& outcome, std::size_t asked) {
+  return "interrupted: " + std::to_string(outcome.runs.size()) + " of " + std::to_string(asked) +
+         " runs are finished and kept; the same command goes on from here\n";
+}
+
+/// Claims are judged on whole races only.
+std::vector<ClaimResult> judged_claims(const RaceResults& all, bool interrupted) {
+  if (!interrupted) return judge_all(judgeable(all));
+  std::vector<ClaimResult> skipped;
+  for (const Claim& claim : all.race.claims) {
+    skipped.emplace_back();
+    skipped.back().text = claim.text;
+    skipped.back().why_skipped = "interrupted";
+  }
+  return skipped;
+}
+
+/// Without a baseline none of an earlier call stays: its runs may be others.
+void write_results(const std::filesystem::path& out, const RaceResults& all, const std::vector<ClaimResult>& claims,
+                   const std::string& baseline) {
+  write_tables(out, all, claims);
+  if (!baseline.empty()) return write_pairs(out, baseline, paired_differences(all, baseline));
+  std::error_code ignored;
+  std::filesystem::remove(out / result_files::pairs, ignored);
+}
+
+/// What was not raced now, and why.
+void print_kept(const ExperimentRequest& request, const RunnerOutcome& outcome, std::size_t asked, std::size_t all,
+                const std::vector<ClaimResult>& claims) {
+  if (outcome.kept > 0) std::cout << outcome.kept << " of " << asked << " runs were already there.\n";
+  if (kept_times_not_alone(request, claims))
+    std::cout << "Times of runs from earlier calls were not measured with -j 1; --force or another --out drives them "
+                 "again.\n";
+  if (outcome.replaced > 0)
+    std::cout << outcome.replaced << " finished runs of other inputs or another gripline were raced again.\n";
+  if (all > outcome.runs.size())
+    std::cout << "The files and the report have " << all - outcome.runs.size()
+              << " more of this experiment's runs, from earlier calls.\n";
+}
+
 class RaceExperiment final : public Experiment {
  public:
   RaceExperiment(RaceSpec race, const Registry& registry) : race_(std::move(race)), registry_(registry) {}
@@ -143,41 +184,25 @@ int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Regi
   for (const std::string& stack : chosen.stacks)
     for (const std::uint64_t seed : chosen.seeds) ids.push_back({stack, seed});
   const RunnerOutcome outcome = run_all(race, ids, {out, request.jobs, true, request.timeout_s, request.memory_mb});
-  const std::string interrupted = "interrupted: " + std::to_string(outcome.runs.size()) + " of " +
-                                  std::to_string(ids.size()) +
-                                  " runs are finished and kept; the same command goes on from here\n";
   if (outcome.interrupted && outcome.runs.empty()) {
     report_broken(outcome);
-    std::cerr << interrupted;
+    std::cerr << interrupted_text(outcome, ids.size());
     return run_broke;
   }
   std::vector<RunResult> runs = all_results(race, outcome, out);
   const std::vector<std::string> rows = rows_of(race, runs);
-  const RaceResults all = {race, std::move(runs), rows};
-  const std::vector<ClaimResult> claims = outcome.interrupted ? std::vector<ClaimResult>{} : judge_all(judgeable(all));
-  write_tables(out, all, claims);
-  if (!chosen.baseline.empty()) write_pairs(out, chosen.baseline, paired_differences(all, chosen.baseline));
-  const std::vector<ClaimResult> asked = chosen.judged ? claims : std::vector<ClaimResult>{};
-  const RaceResults shown = {race, outcome.runs, chosen.stacks};
+  const RaceResults all = {race, std::move(runs), rows}, shown = {race, outcome.runs, chosen.stacks};
+  const std::vector<ClaimResult> claims = judged_claims(all, outcome.interrupted);
+  write_results(out, all, claims, chosen.baseline);
+  const std::vector<ClaimResult> asked = chosen.judged && !outcome.interrupted ? claims : std::vector<ClaimResult>{};
   print_tables(std::cout, shown, asked);
   if (!chosen.baseline.empty()) print_pairs(std::cout, chosen.baseline, paired_differences(shown, chosen.baseline));
   report_broken(outcome);
-  if (outcome.kept > 0) std::cout << outcome.kept << " of " << ids.size() << " runs were already there.\n";
-  if (kept_times_not_alone(request, asked))
-    std::cout << "Times of runs from earlier calls were not measured with -j 1; --force or another --out drives them "
-                 "again.\n";
-  if (outcome.replaced > 0)
-    std::cout << outcome.replaced << " finished runs of other inputs or another gripline were raced again.\n";
-  if (all.runs.size() > outcome.runs.size())
-    std::cout << "The files and the report have " << all.runs.size() - outcome.runs.size()
-              << " more of this experiment's runs, from earlier calls.\n";
+  print_kept(request, outcome, ids.size(), all.runs.size(), asked);
   std::cout << "results: " << out.string() << '\n';
   const bool reported = report_results(out);
-  if (outcome.interrupted) {
-    std::cerr << interrupted;
-    return run_broke;
-  }
-  if (any_broken(outcome) || !reported) return run_broke;
+  if (outcome.interrupted) std::cerr << interrupted_text(outcome, ids.size());
+  if (outcome.interrupted || any_broken(outcome) || !reported) return run_broke;
   const bool failed = std::any_of(asked.begin(), asked.end(), [](const ClaimResult& c) { return c.holds == false; });
   return failed ? claim_failed : good;
 }

@@ -1,6 +1,7 @@
 // Experiments that ask how well estimators predict: kinds "offline_validation" and "force_validation".
 #include <iostream>
 
+#include "config/errors.hpp"
 #include "experiment/force_validation.hpp"
 #include "experiment/offline_validation.hpp"
 #include "experiment/out_folder.hpp"
@@ -18,6 +19,20 @@ int print_and_report(const std::vector<ChannelScore>& scores, const std::filesys
                         s.rmse, s.unit.c_str(), s.n);
   std::cout << "results: " << out.string() << '\n';
   return report_results(out) ? good : run_broke;
+}
+
+/// Of a race's members those that would do nothing here.
+void refuse_claims_and_seeds(const RaceSpec& race) {
+  Errors errors;
+  if (!race.claims.empty())
+    errors.add(race.tree.find("claims")->origin,
+               "an experiment of kind \"force_validation\" judges no claims; expected none, or null in place of "
+               "inherited ones");
+  if (race.seeds.size() > 1)
+    errors.add(find_pointer(race.tree, "/seeds/count")->origin,
+               "an experiment of kind \"force_validation\" drives one seed; expected 1, found " +
+                   std::to_string(race.seeds.size()));
+  errors.throw_if_any();
 }
 
 class OfflineValidation final : public Experiment {
@@ -71,7 +86,9 @@ std::unique_ptr<Experiment> read_offline_validation(const std::filesystem::path&
 
 std::unique_ptr<Experiment> read_force_validation(const std::filesystem::path& file, Node tree,
                                                   const Registry& registry) {
-  return std::make_unique<ForceValidation>(read_race(file, std::move(tree), registry), registry);
+  RaceSpec race = read_race(file, std::move(tree), registry);
+  refuse_claims_and_seeds(race);
+  return std::make_unique<ForceValidation>(std::move(race), registry);
 }
 
 }  // namespace gripline::tools

@@ -50,7 +50,7 @@ std::string why_unopenable(const fs::path& file) {
   if (file.native().find('\0') != std::string::npos) return "is not a path: it holds a NUL character";
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
-  if (status.type() == fs::file_type::not_found) return why_missing(file.lexically_normal());
+  if (status.type() == fs::file_type::not_found) return why_missing(without_dots(file));
   if (status.type() == fs::file_type::none) return "cannot be read: " + error.message();
   if (fs::is_directory(status)) return "is a folder, expected a file";
   // Reading a named pipe blocks until somebody writes to it. Pipes of a shell, /dev/fd/N, have a writer and no path.
@@ -96,6 +96,15 @@ std::string read_bytes(const fs::path& file) {
   return bytes;
 }
 
-std::string shown(const fs::path& file) { return file.lexically_normal().generic_string(); }
+fs::path without_dots(const fs::path& file) {
+  const fs::path plain = file.lexically_normal();
+  const bool is_path = file.native().find('\0') == std::string::npos;  // else the system would see the part before it
+  if (!is_path || std::ranges::find(file, "..") == file.end()) return plain;
+  std::error_code failed, other;
+  const fs::path found = fs::weakly_canonical(file, failed);
+  return failed || found == fs::weakly_canonical(plain, other) ? plain : found;
+}
+
+std::string shown(const fs::path& file) { return without_dots(file).generic_string(); }
 
 }  // namespace gripline

@@ -24,7 +24,11 @@ void read_chunks(const std::filesystem::path& file, const std::function<void(std
 /// All bytes of a file. Throws InputError: `name: reason`.
 [[nodiscard]] std::string read_bytes(const std::filesystem::path& file);
 
-/// A path as messages show it: `/` between names, without `.` and needless `..`.
+/// The same file without `.` and needless `..`: as the names stand, or, where a `..` follows a linked folder, as the
+/// system finds it: in the folder that the link names.
+[[nodiscard]] std::filesystem::path without_dots(const std::filesystem::path& file);
+
+/// A path as messages show it: `/` between names, without_dots().
 [[nodiscard]] std::string shown(const std::filesystem::path& file);
 
 }  // namespace gripline

@@ -215,7 +215,7 @@ std::string why_no_input(const Node& text, std::span<const std::string_view> end
 fs::path resolve_path(const Node& text) {
   const fs::path path(text.text());
   const fs::path folder = text.origin.source ? text.origin.source->folder : fs::path();
-  fs::path file = (folder / path).lexically_normal();
+  fs::path file = without_dots(folder / path);
   std::error_code failed;
   if (path.is_absolute() || path.empty() || fs::exists(file, failed) || shipped_folder().empty()) return file;
   const fs::path shipped = (shipped_folder() / path).lexically_normal();

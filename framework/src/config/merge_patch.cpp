@@ -152,9 +152,15 @@ class Assignment {
       refuse("- makes a new element and must stand last");
     }
     if (!node.is_object()) refuse(where + " is " + node.describe() + ", it has no members");
-    if (Node* const next = node.find(name); next != nullptr && !next->is_null()) return *next;
+    const std::string here = join_pointer(path, name);
+    if (Node* const next = node.find(name); next != nullptr) {
+      if (!next->is_null()) return *next;
+      refuse(here +
+             " is null, which may take the place of what is inherited; nothing is set below it, only it whole: " +
+             here + "={...}");
+    }
     // Whether such an object is allowed is checked when the tree is read.
-    return node.set(name, Node(Node::Object{}, {source_, 0, 0, join_pointer(path, name)}));
+    return node.set(name, Node(Node::Object{}, {source_, 0, 0, here}));
   }
 
   [[noreturn]] void refuse(std::string message) const {

@@ -19,7 +19,8 @@ namespace gripline {
 void drop_removed(Node& node);
 
 /// Carries out `--set /json/pointer=VALUE`. VALUE is read as JSON if it is JSON, else taken as text (`20 ms`).
-/// Names that are missing on the way are made objects; a parent that is something else is refused (InputError). In an
+/// Names that are missing on the way are made objects; a parent that is something else is refused (InputError), also a
+/// null: an object in its place would bring back what it removes where the tree is a patch, such as a stack. In an
 /// array a name is an index, or `-` for one more element at the end.
 /// Relative paths in VALUE start at the working folder.
 void apply_assignment(Node& root, std::string_view assignment);

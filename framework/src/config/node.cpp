@@ -131,6 +131,8 @@ Node Node::null(Origin where) {
 
 Node number_or_null(double value) { return std::isfinite(value) ? Node(value) : Node::null(); }
 
+Node number_or_null(const std::optional<double>& value) { return value ? number_or_null(*value) : Node::null(); }
+
 const Node* Node::find(std::string_view key) const noexcept {
   const auto* members = std::get_if<Object>(&value_);
   if (members == nullptr) return nullptr;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -126,8 +127,9 @@ inline Node::Node(const char* value, Origin where) : Node(std::string_view(value
 /// fraction or an exponent. Throws std::invalid_argument if it is not finite.
 [[nodiscard]] std::string number_text(double value);
 
-/// The number, or null for one that is not finite, which JSON does not have.
+/// The number, or null for one that is not finite, which JSON does not have, or that there is not.
 [[nodiscard]] Node number_or_null(double value);
+[[nodiscard]] Node number_or_null(const std::optional<double>& value);
 
 /// The tree as JSON: members in their order, two spaces of indentation, a newline at the end. The same tree always
 /// gives the same bytes, in any locale, and parse_text() reads them back as the same tree.

@@ -34,6 +34,8 @@ class LapEvaluation final : public StepObserver {
     for (std::size_t i = 0; i < 3; ++i) traces_[i].add(at.t, truth[i], said[i]);
     add_forces(*belief.model, before, at.t, u, at, world);
   }
+  /// Whether that lap was driven to its end.
+  bool judged() const { return !traces_.front().t.empty() && laps_driven_ > lap_; }
   const ChannelTraces& traces() const { return traces_; }
   int laps_driven() const { return laps_driven_; }
 
@@ -78,7 +80,7 @@ std::string no_lap_to_judge(const std::string& rows) {
 
 ForceScores validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
                             const std::filesystem::path& out, const ProgressCallback& progress) {
-  ValidationFiles files(out);
+  ValidationFiles files;
   ForceScores all;
   const auto asked = [&](const StackSpec& spec) {
     return !spec.estimator.empty() && std::find(rows.begin(), rows.end(), spec.name) != rows.end();
@@ -98,13 +100,14 @@ ForceScores validate_forces(const RaceSpec& race, const std::vector<std::string>
     assembly.simulation().observe_with(&evaluation);
     part.follow(assembly.simulation());
     assembly.run();
-    if (evaluation.traces().front().t.empty())
+    if (evaluation.judged())
+      files.add(spec.name, evaluation.traces(), all.scores);
+    else
       all.unjudged += (all.unjudged.empty() ? "" : ", ") + spec.name + " (" + std::to_string(evaluation.laps_driven()) +
                       " laps driven)";
-    else
-      files.add(spec.name, evaluation.traces(), all.scores);
   }
   if (all.scores.empty() && !all.unjudged.empty()) throw std::runtime_error(no_lap_to_judge(all.unjudged));
+  files.write(out);
   return all;
 }
 

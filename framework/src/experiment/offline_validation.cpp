@@ -1,5 +1,8 @@
 #include "experiment/offline_validation.hpp"
 
+#include <array>
+#include <bit>
+
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
 #include "experiment/simulation_progress.hpp"
@@ -37,6 +40,8 @@ std::vector<Sample> drive(const WorldSpec& spec, const StackSpec& driver, std::u
   const RunSummary summary = race.run();
   if (summary.status != Status::finished)
     throw std::runtime_error(folder.filename().string() + ": the driver did not finish: " + summary.message);
+  if (summary.steps == 0)
+    throw std::runtime_error(folder.filename().string() + ": the drive has no step; the world's duration is too short");
   return samples.take();
 }
 
@@ -47,18 +52,43 @@ struct OfflineSpec {
   std::uint64_t seed = 1;
 };
 
-WorldSpec read_drive_world(ObjectReader& r, const char* key, const Registry& registry, Errors& errors) {
+struct DriveWorld {
+  WorldSpec spec;
+  Node tree;  // null where the drive has none
+};
+
+DriveWorld read_drive_world(ObjectReader& r, const char* key, const Registry& registry, Errors& errors) {
   ObjectReader drive = r.object(key);
-  WorldSpec world;
+  DriveWorld world;
   if (const Node* node = drive.require("world", "a world file or an object"); node != nullptr) {
-    Node whole = *node;
-    inline_file_of(whole, FileKind::world);
-    inline_world_files(whole);
-    world = read_world(whole, registry, errors);
+    world.tree = *node;
+    inline_file_of(world.tree, FileKind::world);
+    inline_world_files(world.tree);
+    world.spec = read_world(world.tree, registry, errors);
   }
-  world.laps = static_cast<int>(drive.integer("laps", {1, 1000}, 1));
+  world.spec.laps = static_cast<int>(drive.integer("laps", {1, 1000}, 1));
   drive.finish();
   return world;
+}
+
+bool same_car(const CarFile& a, const CarFile& b) {
+  using Numbers = std::array<double, sizeof(Car) / sizeof(double)>;
+  return std::bit_cast<Numbers>(a.car) == std::bit_cast<Numbers>(b.car) && a.known == b.known;
+}
+
+/// What was learned of the steps of one car says nothing of other steps or of another car.
+void check_alike(const DriveWorld& train, const DriveWorld& test, Errors& errors) {
+  const auto require_same = [&](const char* key, bool same) {
+    if (same) return;
+    const Node* at = test.tree.find(key);
+    if (at == nullptr) at = train.tree.find(key);
+    errors.add((at != nullptr ? *at : test.tree).origin,
+               "the worlds of \"train\" and \"test\" differ in \"" + std::string(key) +
+                   "\"; expected the same dt, input_hold and car: what is learned in one is asked about the other");
+  };
+  require_same("dt", train.spec.dt == test.spec.dt);
+  require_same("input_hold", train.spec.hold == test.spec.hold);
+  require_same("car", same_car(train.spec.car, test.spec.car));
 }
 
 OfflineSpec read_offline(const Node& tree, const Registry& registry) {
@@ -67,8 +97,11 @@ OfflineSpec read_offline(const Node& tree, const Registry& registry) {
   {
     ObjectReader r(tree, errors);
     r.find("kind");
-    spec.train = read_drive_world(r, "train", registry, errors);
-    spec.test = read_drive_world(r, "test", registry, errors);
+    DriveWorld train = read_drive_world(r, "train", registry, errors);
+    DriveWorld test = read_drive_world(r, "test", registry, errors);
+    if (errors.empty()) check_alike(train, test, errors);
+    spec.train = std::move(train.spec);
+    spec.test = std::move(test.spec);
     spec.seed = static_cast<std::uint64_t>(r.integer("seed", {0, 1'000'000'000}, 1));
     Node driver(Node::Object{}, child_of(tree.origin, "driver"));
     if (const Node* model = r.require("model", "a vehicle model"); model != nullptr) driver.set("model", *model);
@@ -129,13 +162,14 @@ std::vector<ChannelScore> validate_offline(const Node& tree, const Registry& reg
   const std::size_t parts = 2 + spec.estimators.size();
   const auto train = drive(spec.train, spec.driver, spec.seed, out / "train", {progress, 0, parts, "training drive"});
   const auto test = drive(spec.test, spec.driver, spec.seed, out / "test", {progress, 1, parts, "test drive"});
-  ValidationFiles files(out);
+  ValidationFiles files;
   std::vector<ChannelScore> all;
   std::size_t part = 2;
   for (const auto& [name, plugin] : spec.estimators) {
     if (progress) progress(static_cast<double>(part++), parts, name);
     files.add(name, predict_offline(spec, plugin, train, test), all);
   }
+  files.write(out);
   return all;
 }
 

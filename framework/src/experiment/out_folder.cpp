@@ -17,6 +17,7 @@
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
 #include "config/tree_diff.hpp"
+#include "experiment/result_files.hpp"
 #include "race/run_files.hpp"
 #include "util/csv_writer.hpp"
 #include "util/made_folders.hpp"
@@ -108,24 +109,6 @@ bool is_run(const fs::path& folder) {
   return is_number(name);
 }
 
-constexpr std::array result_names = {"scene.json",
-                                     "provenance.json",
-                                     "track.csv",
-                                     "runs.csv",
-                                     "table.csv",
-                                     "pairs.csv",
-                                     "claims.json",
-                                     "report.html",
-                                     "validation.csv",
-                                     "validation_traces.csv",
-                                     "diagnosis.json",
-                                     "diagnosis_report.json",
-                                     "augmented_world.json",
-                                     "diagnoses.csv",
-                                     "nominal_world.json",
-                                     "score.csv",
-                                     "scorecard.txt"};
-
 /// Removes one folder of the results: the runs of a race's stack, a single run of a validation, or a diagnosed case
 /// with its drives, its diagnosis and its round trip, which is a case again.
 void remove_part(const fs::path& folder) {
@@ -143,7 +126,7 @@ void remove_part(const fs::path& folder) {
   for (const fs::path& run : runs) remove_run(run);
   for (const fs::path& part : parts) remove_part(part);
   if (recording) remove_run(folder);
-  if (diagnosed) remove_named(folder, result_names);
+  if (diagnosed) remove_named(folder, result_files::all);
   if (diagnosed || !runs.empty()) fs::remove(folder, failed);  // an empty one
 }
 
@@ -164,7 +147,7 @@ void remove_results(const fs::path& out) {
     for (const fs::path& figure : drawn) fs::remove(figure, failed);
     fs::remove(folder, failed);
   }
-  remove_named(out, result_names);
+  remove_named(out, result_files::all);
 }
 
 void write_track(const fs::path& out, const Track& track) {
@@ -178,7 +161,7 @@ void write_track(const fs::path& out, const Track& track) {
     csv << p.s << p.x << p.y << p.x + left * nx << p.y + left * ny << p.x - right * nx << p.y - right * ny;
     csv.end_row();
   }
-  write_file(out / "track.csv", text);
+  write_file(out / result_files::track, text);
 }
 
 Node describe_world(const RaceSpec& race) {
@@ -279,7 +262,7 @@ OutLock::~OutLock() {
 
 bool is_result_name(std::string_view name) {
   if (name.ends_with(half_written)) name.remove_suffix(half_written.size());
-  return name == marker || name == figures || std::ranges::find(result_names, name) != result_names.end();
+  return name == marker || name == figures || std::ranges::find(result_files::all, name) != result_files::all.end();
 }
 
 std::string experiment_identity(const Node& tree) {
@@ -312,8 +295,8 @@ OutLock open_out_folder(const fs::path& out, const std::string& identity, bool f
 }
 
 void write_scene(const fs::path& out, const RaceSpec& race, const Registry& registry) {
-  write_file(out / "scene.json", to_json_text(describe_world(race)));
-  write_file(out / "provenance.json", to_json_text(describe_origin(race, registry)));
+  write_file(out / result_files::scene, to_json_text(describe_world(race)));
+  write_file(out / result_files::provenance, to_json_text(describe_origin(race, registry)));
   write_track(out, *race.world.track);
 }
 
@@ -322,7 +305,7 @@ void write_scene(const fs::path& out, const std::string& name, const std::string
   scene.set("name", Node(name));
   scene.set("kind", Node(kind));
   if (const Node* note = tree.is_object() ? tree.find("note") : nullptr; note != nullptr) scene.set("note", *note);
-  write_file(out / "scene.json", to_json_text(scene));
+  write_file(out / result_files::scene, to_json_text(scene));
 }
 
 }  // namespace gripline

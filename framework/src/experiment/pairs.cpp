@@ -6,6 +6,7 @@
 #include <ostream>
 #include <set>
 
+#include "experiment/result_files.hpp"
 #include "util/csv_writer.hpp"
 #include "util/resampling.hpp"
 #include "util/statistics.hpp"
@@ -85,7 +86,7 @@ void write_pairs(const std::filesystem::path& out, const std::string& baseline,
     csv << (pair.draws > 0 ? pair.p : NAN) << pair.draws;
     csv.end_row();
   }
-  write_file(out / "pairs.csv", text);
+  write_file(out / result_files::pairs, text);
 }
 
 void print_pairs(std::ostream& out, const std::string& baseline, std::span<const PairedDifference> pairs) {

@@ -25,8 +25,9 @@ std::optional<std::size_t> pace_index(const PluginSpec& planner) {
 
 void check_starts(const PerturbSpec& spec, const Node& node, const WorldSpec& world, Errors& errors) {
   if (spec.speed > world.start_speed)
-    errors.add(node.origin, "the start's speed is " + number_text(world.start_speed) +
-                                " m/s; expected at most that as \"speed\", found " + number_text(spec.speed));
+    errors.add(node.find("speed")->origin, "the start's speed is " + number_text(world.start_speed) +
+                                               " m/s; expected at most that as \"speed\", found " +
+                                               number_text(spec.speed));
   if (!world.track) return;
   for (int corner = 0; corner < 8; ++corner) {
     const auto end = [&](int bit, double width) { return (corner >> bit & 1) != 0 ? width : -width; };
@@ -41,19 +42,20 @@ void check_starts(const PerturbSpec& spec, const Node& node, const WorldSpec& wo
 }
 
 void check_paces(const PerturbSpec& spec, const Node& node, const std::vector<StackSpec>& stacks, Errors& errors) {
+  const Origin& pace_at = node.find("pace")->origin;
   for (const StackSpec& stack : stacks) {
     if (stack.planner.empty()) continue;  // already reported
     const std::optional<std::size_t> at = pace_index(stack.planner);
     if (!at) {
-      errors.add(node.origin, "\"pace\": the planner of stack " + stack.name + ", " + stack.planner.id() +
-                                  ", has no parameter of that name");
+      errors.add(pace_at,
+                 "the planner of stack " + stack.name + ", " + stack.planner.id() + ", has no parameter of that name");
       continue;
     }
     const abi::ParamDecl& declared = stack.planner.entry->decl->params[*at];
     const double pace = stack.planner.values[*at].number;
     if (pace * (1.0 - spec.pace) < declared.lo || pace * (1.0 + spec.pace) > declared.hi)
-      errors.add(node.origin, "\"pace\": that of stack " + stack.name + " would leave " + number_text(declared.lo) +
-                                  " to " + number_text(declared.hi));
+      errors.add(pace_at, "that of stack " + stack.name + " would leave " + number_text(declared.lo) + " to " +
+                              number_text(declared.hi));
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "config/node.hpp"
 #include "experiment/race_columns.hpp"
+#include "experiment/result_files.hpp"
 #include "util/csv_writer.hpp"
 
 namespace gripline {
@@ -35,7 +36,7 @@ void write_runs(const std::filesystem::path& out, const RaceResults& results, st
     for (const std::string& column : columns) write_cell(csv, results.run_value(run, column));
     csv.end_row();
   }
-  write_file(out / "runs.csv", text);
+  write_file(out / result_files::runs, text);
 }
 
 void write_table(const std::filesystem::path& out, const RaceResults& results, std::size_t laps) {
@@ -50,10 +51,8 @@ void write_table(const std::filesystem::path& out, const RaceResults& results, s
     for (const std::string& column : columns) write_cell(csv, results.value(stack, column, -1));
     csv.end_row();
   }
-  write_file(out / "table.csv", text);
+  write_file(out / result_files::table, text);
 }
-
-Node optional_number(const std::optional<double>& value) { return value ? Node(*value) : Node::null(); }
 
 }  // namespace
 
@@ -70,8 +69,8 @@ void write_claims(const std::filesystem::path& out, std::span<const ClaimResult>
     }
     one.set("holds", Node(*claim.holds));
     Node values = Node::empty_object();
-    values.set("left", optional_number(claim.left));
-    values.set("right", optional_number(claim.right));
+    values.set("left", number_or_null(claim.left));
+    values.set("right", number_or_null(claim.right));
     values.set("runs_held", Node(static_cast<double>(claim.runs_held)));
     values.set("runs", Node(static_cast<double>(claim.runs)));
     one.set("values", std::move(values));
@@ -81,7 +80,7 @@ void write_claims(const std::filesystem::path& out, std::span<const ClaimResult>
   Node root = Node::empty_object();
   root.set("claims", Node(std::move(all)));
   root.set("skipped", Node(std::move(skipped)));
-  write_file(out / "claims.json", to_json_text(root));
+  write_file(out / result_files::claims, to_json_text(root));
 }
 
 void write_tables(const std::filesystem::path& out, const RaceResults& results, std::span<const ClaimResult> claims) {

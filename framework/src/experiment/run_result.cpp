@@ -20,8 +20,6 @@ namespace gripline {
 namespace fs = std::filesystem;
 namespace {
 
-Node number_or_null(const std::optional<double>& number) { return number ? Node(*number) : Node::null(); }
-
 Node numbers(const std::vector<double>& values) {
   Node::Array array;
   for (const double value : values) array.emplace_back(value);
@@ -216,7 +214,7 @@ void write_copied_summary(const fs::path& folder, const RunResult& driven, std::
   RunSummary same = driven.summary;
   same.seed = seed;
   Node node = summary_node(same, key);
-  node.set("driven_as", Node(static_cast<double>(driven.summary.seed)));
+  node.set("driven_as", Node(static_cast<double>(driven.driven_as.value_or(driven.summary.seed))));
   node.set("drive", Node(driven.drive));
   finish_summary(folder, std::move(node), Node::empty_object());
 }

@@ -31,6 +31,7 @@ void write_summary(const std::filesystem::path& folder, const RunSummary& summar
                    bool alone = false);
 
 /// The summary of a run that was not driven because it would equal `driven` to the last bit; the folder has no more.
+/// Of a copy the summary names the run that was driven: only that one has files.
 void write_copied_summary(const std::filesystem::path& folder, const RunResult& driven, std::uint64_t seed,
                           const std::string& key);
 

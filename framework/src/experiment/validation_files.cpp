@@ -1,5 +1,7 @@
 #include "experiment/validation_files.hpp"
 
+#include "experiment/result_files.hpp"
+
 namespace gripline {
 namespace {
 
@@ -25,9 +27,9 @@ std::array<double, 3> unexplained(const State& after, const State& predicted, do
   return {(after.vx - predicted.vx) / dt, (after.vy - predicted.vy) / dt, (after.omega - predicted.omega) / dt};
 }
 
-ValidationFiles::ValidationFiles(const std::filesystem::path& out)
-    : scores_(out / "validation.csv", "estimator,channel,unit,n,r2,rmse"),
-      traces_(out / "validation_traces.csv", "estimator,channel,t_s,truth,predicted,slip_rad") {}
+ValidationFiles::ValidationFiles()
+    : scores_(scores_text_, "estimator,channel,unit,n,r2,rmse"),
+      traces_(traces_text_, "estimator,channel,t_s,truth,predicted,slip_rad") {}
 
 void ValidationFiles::add(const std::string& estimator, const ChannelTraces& traces, std::vector<ChannelScore>& all) {
   for (std::size_t channel = 0; channel < traces.size(); ++channel) {
@@ -43,6 +45,11 @@ void ValidationFiles::add(const std::string& estimator, const ChannelTraces& tra
       traces_.end_row();
     }
   }
+}
+
+void ValidationFiles::write(const std::filesystem::path& out) const {
+  write_file(out / result_files::validation_traces, traces_text_);
+  write_file(out / result_files::validation, scores_text_);
 }
 
 }  // namespace gripline

@@ -35,15 +35,18 @@ using ChannelTraces = std::array<ChannelTrace, 5>;
 /// What the model of a step leaves unexplained, as rates of vx, vy, omega.
 std::array<double, 3> unexplained(const State& after, const State& predicted, double dt);
 
-/// OUT/validation.csv (estimator,channel,unit,n,r2,rmse) and OUT/validation_traces.csv. Throws std::runtime_error when
-/// the disk refuses.
+/// OUT/validation.csv (estimator,channel,unit,n,r2,rmse) and OUT/validation_traces.csv, kept until write().
 class ValidationFiles {
  public:
-  explicit ValidationFiles(const std::filesystem::path& out);
-  /// Writes the channels that have values and adds their scores to `all`.
+  ValidationFiles();
+  ValidationFiles(const ValidationFiles&) = delete;  // its writers append to its own texts
+  /// Adds the channels that have values, and their scores to `all`.
   void add(const std::string& estimator, const ChannelTraces& traces, std::vector<ChannelScore>& all);
+  /// Each file is then complete or the one that was there. Throws std::runtime_error when the disk refuses.
+  void write(const std::filesystem::path& out) const;
 
  private:
+  std::string scores_text_, traces_text_;
   CsvWriter scores_, traces_;
 };
 

@@ -77,24 +77,28 @@ void Metrics::start(bool solved) {
   if (!solved) ++summary_.solver_failures;
 }
 
-void Metrics::step(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency) {
+void Metrics::step() {
   const double dt = world_.spec().dt;
   ++summary_.steps;
   summary_.simulated_s = world_.time();
-  summary_.plan_latency_s = std::max(summary_.plan_latency_s, plan_latency);
-  if (!solved) ++summary_.solver_failures;
   factor_.add(factor_of_step_);
   factor_of_step_ = world_.truth().factor();
   if (world_.lap_ended()) lap(*world_.lap_ended());
+  visit_slip(Axle::front);
+  visit_slip(Axle::rear);
+  if (world_.outside()) summary_.violation_s += dt;
+  if (world_.body_outside()) summary_.violation_body_s += dt;
+}
+
+void Metrics::decision(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency) {
+  const double dt = world_.spec().dt;
+  summary_.plan_latency_s = std::max(summary_.plan_latency_s, plan_latency);
+  if (!solved) ++summary_.solver_failures;
   if (!line.empty()) {
     const double distance = distance_to_line(line, world_.state().x, world_.state().y);
     deviation_.add(distance);
     if (std::abs(std::tan(world_.place().grade)) > hilly_from) hilly_deviation_.add(distance);
   }
-  visit_slip(Axle::front);
-  visit_slip(Axle::rear);
-  if (world_.outside()) summary_.violation_s += dt;
-  if (world_.body_outside()) summary_.violation_body_s += dt;
   if (!belief.mu.trusted) return;
   if (!summary_.violation_after_adapt_s) summary_.violation_after_adapt_s = summary_.violation_body_after_adapt_s = 0.0;
   if (world_.outside()) *summary_.violation_after_adapt_s += dt;

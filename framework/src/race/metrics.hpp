@@ -31,7 +31,7 @@ struct RunSummary {
   std::int64_t solver_failures = 0, steps = 0;
   double simulated_s = 0;
 
-  /// One before the first step, one after every step.
+  /// One before the first step, one after every step; a plugin that broke may have left out the last.
   std::int64_t solves() const { return steps + 1; }
   /// Whether more than one solve in ten failed: much of the run was driven by the controller's fallback.
   bool many_failed_solves() const { return 10 * solver_failures > solves(); }
@@ -45,8 +45,11 @@ class Metrics {
   Metrics(const World& world, const StackSpec& stack, std::uint64_t seed);
   /// Before the first step, whose command is decided then.
   void start(bool solved);
-  /// After every control step, at the state it led to.
-  void step(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency = 0.0);
+  /// After every control step of the world, at the state it led to and before the stack is asked: a stack that breaks
+  /// there has driven the step, and the lap that ended in it.
+  void step();
+  /// After step(), what the stack decided there.
+  void decision(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency = 0.0);
   double mu_true() const;
   RunSummary summary(Status status, std::string message) const;
 

@@ -63,6 +63,7 @@ void Simulation::step() {
   if (!world_.finite()) return;                                                       // over
   end_.watch();
   now_ = world_.observe();
+  metrics_.step();
   if (observer_ != nullptr) observer_->on_step(true_before, true_place, u_, world_, stack_);
   filter_reading();
   sample_ = sample_of(before);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
@@ -114,7 +115,7 @@ void Simulation::decide() {
   const double latency = stack_.planner().latency();
   require_finite(stack_.spec().planner.id(), now_.t, "a latency", {latency});
   if (world_.step() > 0)
-    metrics_.step(belief, line, command_.solved, latency);
+    metrics_.decision(belief, line, command_.solved, latency);
   else
     metrics_.start(command_.solved);
   if (recorder_ == nullptr) return;

@@ -24,7 +24,7 @@
 // that of the first run is drawn:
 //   s_m,x_m,y_m
 // OUT/<stack>/<seed>/tyres.csv, the learned tyre curve against the true one, one snapshot per second of simulated time
-// and one at the end; 41 slips per axle, equally spaced over -a .. a with a = 0.6 rad:
+// from the start on; 41 slips per axle, equally spaced over -a .. a with a = 0.6 rad:
 //   t_s,axle,slip_rad,learned_n,sigma_n,true_n      axle is front or rear; sigma_n may be empty
 // OUT/<stack>/<seed>/timing.csv, one row per control step: every column that ends in _ms is a distribution; solve_ms,
 //   update_ms, plan_ms and step_ms have names of their own in the report.

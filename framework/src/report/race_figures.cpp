@@ -254,7 +254,7 @@ std::vector<FigureFile> tyre_curves(const std::vector<RunSeries>& runs) {
       truth.x = curve.slip;
       truth.y = curve.truth;
       truth.dash = "2 3";
-      truth.label = "true, at the end";
+      truth.label = "true, then";
       truth.width = 2.2;
       if (panel.series.empty()) panel.series.push_back(std::move(truth));
       panel.series.push_back(line_of(d, curve.slip, curve.learned));
@@ -262,7 +262,8 @@ std::vector<FigureFile> tyre_curves(const std::vector<RunSeries>& runs) {
     if (!panel.series.empty()) panels.push_back(std::move(panel));
   }
   if (panels.empty()) return {};
-  return {{"tyre_curves.svg", draw_panels("Tyre curves at the end of the run, learned and true", panels, 2, 450, 340)}};
+  return {
+      {"tyre_curves.svg", draw_panels("Tyre curves at the last full second, learned and true", panels, 2, 450, 340)}};
 }
 
 Series circle(double radius, const char* dash, std::string label) {

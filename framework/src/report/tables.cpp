@@ -7,6 +7,7 @@
 
 #include "report/packing.hpp"
 #include "util/resampling.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::report {
 namespace {
@@ -153,15 +154,11 @@ void TimeHistogram::add(double milliseconds) {
 }
 
 nlohmann::json TimeHistogram::json() const {
-  std::vector<float> sorted = values_;
-  std::sort(sorted.begin(), sorted.end());
-  const auto share = [&](double p) {
-    if (sorted.empty()) return nlohmann::json(nullptr);
-    return nlohmann::json(sorted[static_cast<std::size_t>(p * static_cast<double>(sorted.size() - 1))]);
-  };
+  const std::vector<double> values(values_.begin(), values_.end());
+  const auto share = [&](double p) { return number_or_null(nearest_rank_quantile(values, p)); };
   nlohmann::json bins = nlohmann::json::array();
   for (const auto& [index, count] : bins_) bins.push_back({index, count});
-  return {{"n", sorted.size()}, {"median", share(0.5)}, {"p95", share(0.95)},
+  return {{"n", values.size()}, {"median", share(0.5)}, {"p95", share(0.95)},
           {"p99", share(0.99)}, {"max", share(1)},      {"bins", std::move(bins)}};
 }
 

@@ -37,7 +37,7 @@ class TimeHistogram {
   static constexpr int bin_count = 9 * bins_per_decade;
 
   void add(double milliseconds);
-  /// {"n", "median", "p95", "p99", "max", "bins": [[index, count]...]}
+  /// {"n", "median", "p95", "p99", "max", "bins": [[index, count]...]}; shares by nearest rank (metrics.md)
   [[nodiscard]] nlohmann::json json() const;
 
  private:

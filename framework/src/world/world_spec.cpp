@@ -55,6 +55,14 @@ void read_plant(const Node& node, const Registry& registry, WorldSpec& world, Er
   }
 }
 
+/// Where a start that cannot be is told: at a member that was merged over those of another file, else at the whole.
+const Origin& place_of_start(const Node& start) {
+  for (const char* key : {"x", "y", "yaw"})
+    if (const Node* const one = start.find(key); one != nullptr && one->origin.source != start.origin.source)
+      return one->origin;
+  return start.origin;
+}
+
 void read_start(ObjectReader& r, WorldSpec& world, Errors& errors) {
   if (world.track) world.start = world.track->start();
   if (!r.has("start")) return;
@@ -67,7 +75,16 @@ void read_start(ObjectReader& r, WorldSpec& world, Errors& errors) {
   start.finish();
   if (!world.track || errors.added() != before) return;
   if (const std::string problem = check_start(*world.track, world.start); !problem.empty())
-    errors.add(start.node().origin, problem);
+    errors.add(place_of_start(start.node()), problem);
+}
+
+/// Where friction patches beyond the road's length are told: at the station, else at the schedule.
+const Origin& place_of_patch(const Node& friction, const FrictionSpec& spec, double length) {
+  const Node* const patches = friction.find("patches");
+  for (std::size_t i = 0; patches != nullptr && i < spec.patches.size(); ++i)
+    for (const auto& [key, s] : {std::pair("from_s", spec.patches[i].from_s), {"to_s", spec.patches[i].to_s}})
+      if (s > length) return patches->array()[i].find(key)->origin;
+  return friction.origin;
 }
 
 /// Why a car cannot drive this road; empty if it can.
@@ -173,7 +190,8 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors,
   world.hold = r.choice<Hold>("input_hold", {{"zoh", Hold::zoh}, {"foh", Hold::foh}, {"rate", Hold::rate}}, Hold::zoh);
   if (const Node* plant = r.require("plant", "a vehicle model or a plant"); plant != nullptr)
     read_plant(*plant, registry, world, errors);
-  if (const Node* friction = r.find("friction"); friction != nullptr) {
+  const Node* const friction = r.find("friction");
+  if (friction != nullptr) {
     world.friction = read_friction(*friction, errors);
     if (const std::string problem = check_shift_per_seed(world.friction, world.dt); !problem.empty()) {
       const Node* const shift = friction->is_object() ? friction->find("shift_per_seed") : nullptr;
@@ -191,8 +209,9 @@ WorldSpec read_world(const Node& node, const Registry& registry, Errors& errors,
   if (world.track) {
     const std::string problem = car_known ? check_car_on(*world.track, world.car.car) : "";
     if (!problem.empty()) r.error_at("track", problem);
-    if (const std::string problem = check_friction(world.friction, world.track->length()); !problem.empty())
-      r.error_at("friction", problem);
+    const double length = world.track->length();
+    if (const std::string problem = check_friction(world.friction, length); !problem.empty())
+      errors.add(place_of_patch(*friction, world.friction, length), problem);
   }
   r.finish();
   return world;

@@ -347,6 +347,23 @@ TEST(LoadJson, ExtendsFilesRelativeToTheirOwnFolders) {
   EXPECT_EQ(resolve_path(*find_pointer(node, "/world/file")), folder.path() / "cars/car.csv");
 }
 
+/// As the system opens it: `..` behind a linked folder is where the link leads to.
+TEST(LoadJson, TheFolderAboveALinkedOneIsThatOfTheLinksTarget) {
+  const Folder folder;
+  (void)folder.write("there/inner/one.json", R"({"extends": "../base.json"})");
+  (void)folder.write("here/base.json", R"({"from": "here"})");
+  const fs::path base = fs::canonical(folder.write("there/base.json", R"({"from": "there"})"));
+  fs::create_directory_symlink(folder.path() / "there/inner", folder.path() / "here/linked");
+  const Node one = load_json(folder.path() / "here/linked/one.json");
+  EXPECT_EQ(one.find("from")->text(), "there");
+  EXPECT_EQ(one.find("from")->origin.source->name, base.string());
+  EXPECT_EQ(without_dots(folder.path() / "here/linked/../base.json"), base);
+  // Where no link is on the way, names stay as they were written.
+  EXPECT_EQ(without_dots("a/b/../c.json"), "a/c.json");
+  EXPECT_EQ(without_dots("../x/../c.json"), "../c.json");
+  EXPECT_EQ(without_dots(folder.path() / "here/../there/./base.json"), folder.path() / "there/base.json");
+}
+
 TEST(LoadJson, AFileMayBeExtendedTwiceButNotByItself) {
   const Folder folder;
   (void)folder.write("base.json", R"({ "a": 1 })");

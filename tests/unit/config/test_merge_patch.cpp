@@ -211,11 +211,23 @@ TEST(Assignment, BrokenJsonIsNotTakenForText) {
   EXPECT_THAT(assigned("/base=\"a"), HasSubstr("not JSON"));
 }
 
-/// A null says that nothing is there: below it a --set makes what it needs.
-TEST(Assignment, BelowANullIsAsBelowNothing) {
-  Node node = parse_text(R"({"base": {"planner": {"params": null}}})");
-  apply_assignment(node, "/base/planner/params/pace=0.9");
-  EXPECT_EQ(find_pointer(node, "/base/planner/params/pace")->number(), 0.9);
+/// A stack without an estimator does not get the base's back.
+TEST(Assignment, NothingIsSetBelowANull) {
+  Node node = parse_text(R"({"base": {"estimator": {"plugin": "elm"}}, "stacks": {"none": {"estimator": null}}})");
+  const std::string before = content_text(node);
+  try {
+    apply_assignment(node, "/stacks/none/estimator/params/rate=0.9");
+    FAIL() << content_text(node);
+  } catch (const InputError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "--set /stacks/none/estimator/params/rate: /stacks/none/estimator is null, which may take the place of "
+        "what is inherited; nothing is set below it, only it whole: /stacks/none/estimator={...}");
+  }
+  EXPECT_EQ(content_text(node), before);
+  apply_assignment(node, R"(/stacks/none/estimator={"plugin": "gp"})");
+  apply_assignment(node, "/stacks/none/estimator/params/rate=0.9");
+  EXPECT_EQ(find_pointer(node, "/stacks/none/estimator/params/rate")->number(), 0.9);
 }
 
 TEST(Assignment, ErrorsInASetValueNameTheOption) {

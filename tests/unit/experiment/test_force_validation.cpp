@@ -10,10 +10,10 @@ namespace test_force_validation {
 
 using namespace testing_support;
 
-RaceSpec race_of(std::string_view stacks) {
+RaceSpec race_of(std::string_view stacks, std::string_view world = R"({"laps": 3})") {
   Node tree = json(R"({"kind": "force_validation", "base": {"model": {"plugin": "ekinematic"},
     "planner": {"plugin": "fixed_speed", "params": {"mu": 0.6}}, "controller": {"plugin": "pure_pursuit"}}})");
-  tree.set("world", lap_world(R"({"laps": 3})"));
+  tree.set("world", lap_world(world));
   tree.set("stacks", json(stacks));
   inline_world_files(*tree.find("world"));
   return read_race("forces.json", std::move(tree), plugins());
@@ -45,6 +45,15 @@ TEST(ForceValidation, ARowWithoutALapToJudgeIsSaid) {
   EXPECT_TRUE(std::filesystem::exists(out / "validation.csv"));
 }
 
+/// The first lap takes 4.3 s: the race ends within the second, which is the first after the stack trusts.
+TEST(ForceValidation, ALapThatWasNotDrivenToItsEndIsNotJudged) {
+  const Folder out;
+  const RaceSpec race = race_of(R"({"told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"}})",
+                                R"({"laps": 3, "duration": "6 s"})");
+  EXPECT_THAT([&] { validate_forces(race, {"told"}, out.path()); },
+              testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr("adapt_after): told (1 laps driven)")));
+}
+
 TEST(ForceValidation, NoRowWithALapToJudgeIsAnError) {
   const Folder out;
   const RaceSpec race = race_of(R"({"late": {"estimator": {"plugin": "oracle"}, "adapt_after": "1000 s"}})");
@@ -54,6 +63,23 @@ TEST(ForceValidation, NoRowWithALapToJudgeIsAnError) {
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("adapt_after): late (3 laps driven)"));
   }
+}
+
+/// What an earlier call wrote is read until the new files are whole.
+TEST(ForceValidation, EarlierFilesStayUntilTheNewOnesAreWhole) {
+  const Folder out;
+  const RaceSpec race = race_of(R"({"told": {"estimator": {"plugin": "oracle"}, "adapt_after": "1 s"}})");
+  const std::vector<const char*> names = {"validation.csv", "validation_traces.csv"};
+  for (const char* name : names) write_text(out / name, "earlier");
+  int seen = 0;
+  const auto look = [&](double, std::size_t, const std::string&) {
+    ++seen;
+    for (const char* name : names) EXPECT_EQ(contents(out / name), "earlier");
+  };
+  validate_forces(race, {"told"}, out.path(), look);
+  EXPECT_GT(seen, 0);
+  EXPECT_EQ(lines(out / "validation.csv").size(), 6u);
+  EXPECT_GT(lines(out / "validation_traces.csv").size(), 5u * 100);
 }
 
 }  // namespace test_force_validation

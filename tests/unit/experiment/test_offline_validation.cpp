@@ -138,5 +138,31 @@ TEST(OfflineValidation, ADriverThatDoesNotFinishIsAnError) {
               ThrowsMessage<std::runtime_error>(HasSubstr("test: the driver did not finish: still driving after 1 s")));
 }
 
+/// An estimator is asked about steps as those that it learned from, of the car that drove them.
+TEST(OfflineValidation, WorldsOfOtherStepsOrCarsAreRefused) {
+  const auto refused = [&](Node world) {
+    Node tree = offline(R"({"none": {"plugin": "none"}})");
+    tree.find("test")->set("world", std::move(world));
+    return refusal([&] { check_offline(tree, plugins()); });
+  };
+  EXPECT_THAT(refused(lap_world(R"({"dt": "10 ms"})")),
+              HasSubstr("/dt: the worlds of \"train\" and \"test\" differ in \"dt\""));
+  EXPECT_THAT(refused(lap_world(R"({"input_hold": "foh"})")), HasSubstr("/input_hold: the worlds of"));
+  Node heavier = lap_world();
+  heavier.set("car", load_json(source_dir() / "worlds/cars/orca_1_43.json")).set("m", Node(0.05));
+  EXPECT_THAT(refused(heavier), HasSubstr("differ in \"car\""));
+  EXPECT_EQ(refused(lap_world(R"({"dt": 0.02, "friction": [{"t": 0, "factor": 0.9}]})")), "nothing");
+}
+
+TEST(OfflineValidation, ADriveWithoutAStepIsAnError) {
+  const Folder out;
+  for (const char* part : {"train", "test"}) {
+    Node tree = offline(R"({"none": {"plugin": "none"}})");
+    tree.find(part)->set("world", lap_world(R"({"duration": "1 ms"})"));
+    EXPECT_THAT([&] { validate_offline(tree, plugins(), out.path()); },
+                ThrowsMessage<std::runtime_error>(HasSubstr(std::string(part) + ": the drive has no step")));
+  }
+}
+
 }  // namespace test_offline_validation
 }  // namespace gripline

@@ -106,6 +106,12 @@ TEST(OutFolder, ForceTakesOnlyWhatGriplineMakes) {
   const Folder folder;
   { open_out_folder(folder / "out", "one", false); }
   const std::vector<std::string> made = {"runs.csv",
+                                         "errors.csv",
+                                         "ablation.csv",
+                                         "parameters.csv",
+                                         "samples.csv",
+                                         "fitted.json",
+                                         "measured.json",
                                          "report.html",
                                          "figures/speed.svg",
                                          "elm/1/steps.csv",

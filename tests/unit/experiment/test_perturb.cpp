@@ -41,11 +41,11 @@ TEST(Perturb, SaysWhatCannotBe) {
   EXPECT_THAT(why("{}"), HasSubstr("perturbs nothing"));
   EXPECT_THAT(why(R"({"positon": 1})"), HasSubstr("did you mean \"position\"?"));
   EXPECT_THAT(why(R"({"position": "3 s"})"), HasSubstr("expected a length [m]"));
-  EXPECT_THAT(why(R"({"speed": 0.2})"), HasSubstr("the start's speed is 0.1 m/s; expected at most that"));
+  EXPECT_THAT(why(R"({"speed": 0.2})"), HasSubstr("/speed: the start's speed is 0.1 m/s; expected at most that"));
   EXPECT_THAT(why(R"({"position": 0.4})"), HasSubstr("at its extremes"));  // the road is 0.3 m to either side
   EXPECT_THAT(why(R"({"pace": 0.5})",
                   R"({"base": {"planner": {"plugin": "time_optimal", "params": {"pace": 1.9, "mu": null}}}})"),
-              HasSubstr("\"pace\": that of stack good would leave 0.05 to 2"));
+              HasSubstr("/pace: that of stack good would leave 0.05 to 2"));
 }
 
 TEST(Perturb, ADrawIsOfItsSeedAloneAndWithinItsWidth) {

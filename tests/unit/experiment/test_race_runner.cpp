@@ -102,6 +102,19 @@ TEST_F(Runner, SeedsOfOneRunAreDrivenTwiceAtMost) {
   EXPECT_NE(drawn.runs[0].drive, drawn.runs[2].drive);
 }
 
+/// The first two seeds of a later call may be a copy and its equal: what follows is a copy of the run that was driven.
+TEST_F(Runner, ACopyOfACopyNamesTheRunThatWasDriven) {
+  const RaceSpec race = race_of();
+  run(race, {{"good", 1}, {"good", 2}, {"good", 3}});
+  const RunnerOutcome later = run(race, {{"good", 3}, {"good", 4}, {"good", 5}, {"good", 6}});
+  ASSERT_EQ(later.runs.size(), 4u);
+  for (const std::size_t i : {2u, 3u}) {
+    EXPECT_EQ(later.runs[i].driven_as, 1u);
+    EXPECT_EQ(later.runs[i].summary.status, Status::finished) << later.runs[i].summary.message;
+    EXPECT_EQ(later.runs[i].timing.cpu_s, later.runs[0].timing.cpu_s);
+  }
+}
+
 /// What is kept says whether its times were measured alone, whatever call asks for it.
 TEST_F(Runner, RunsRememberWhetherTheyWereAlone) {
   const RaceSpec race = race_of();
@@ -213,8 +226,8 @@ TEST_F(Runner, PluginErrorsKeepTheirRowsAndTheirWords) {
   const RunnerOutcome outcome = run(race_of(), {{"throws", 1}, {"no_start", 1}});
   EXPECT_EQ(outcome.runs[0].summary.status, Status::plugin_error);
   EXPECT_EQ(outcome.runs[0].summary.message, "fault.throws at t = 0.200000 s: lost the road");
-  EXPECT_EQ(outcome.runs[0].summary.steps, 9);
-  EXPECT_EQ(read_csv(file("throws/1/steps.csv")).rows(), 10u);
+  EXPECT_EQ(outcome.runs[0].summary.steps, 10);
+  EXPECT_EQ(read_csv(file("throws/1/steps.csv")).rows(), 10u) << "the decision after the last step has no row";
   EXPECT_EQ(outcome.runs[1].summary.status, Status::plugin_error);
   EXPECT_EQ(outcome.runs[1].summary.message, "fault.throws_at_start: no fuel");
 }

@@ -43,7 +43,8 @@ class Drive {
 
   void step(const Input& u, const Belief& mu = {}, std::span<const LinePoint> line = {}, bool solved = true) {
     world_.advance(u);
-    metrics_.step({nullptr, mu, nullptr}, line, solved);
+    metrics_.step();
+    metrics_.decision({nullptr, mu, nullptr}, line, solved);
   }
   /// Keeps to the centre line.
   Input follow(double speed) const {
@@ -88,7 +89,7 @@ TEST(Metrics, CountTheSolveBeforeTheFirstStep) {
 
 TEST(Metrics, KeepTheLongestLatencyOfThePlanner) {
   Drive drive(R"({"start": {"speed": 1}})");
-  for (const double latency : {0.0, 2.5, 2.0}) drive.metrics().step({}, {}, true, latency);
+  for (const double latency : {0.0, 2.5, 2.0}) drive.metrics().decision({}, {}, true, latency);
   EXPECT_EQ(drive.summary().plan_latency_s, 2.5);
 }
 

@@ -143,6 +143,25 @@ TEST_P(Faults, EndTheRunWithTheNameOfWhoDidIt) {
 
 INSTANTIATE_TEST_SUITE_P(All, Faults, testing::ValuesIn(faults), [](const auto& one) { return one.param.name; });
 
+/// The world has driven the step in which a plugin breaks, and the lap that ends there.
+TEST(Simulation, AStepWhoseDecisionFailsIsDrivenAllTheSame) {
+  const Folder folder;
+  const auto drive = [&](const char* name, std::int64_t step) {
+    const std::string failing =
+        R"({"estimator": {"plugin": "fault.throws_learning", "params": {"step": )" + std::to_string(step) + "}}}";
+    return Race(folder / name, R"({"duration": null, "laps": 1, "timeout": "30 s", "start": {"speed": 1}})", failing)
+        .run();
+  };
+  const RunSummary whole = drive("whole", 1'000'000);
+  ASSERT_EQ(whole.laps.size(), 1u);
+  const RunSummary broken = drive("broken", whole.steps - 1);  // when it is to learn from the last step
+  EXPECT_EQ(broken.status, Status::plugin_error);
+  EXPECT_EQ(broken.steps, whole.steps);
+  EXPECT_EQ(broken.simulated_s, whole.simulated_s);
+  EXPECT_EQ(broken.laps, whole.laps);
+  EXPECT_EQ(broken.lap_mean_factors, whole.lap_mean_factors);
+}
+
 TEST(Simulation, AControllerMustWantAReference) {
   const Folder folder;
   Race race(folder.path(), "{}", R"({"controller": {"plugin": "fault.no_horizon"}})");

@@ -71,5 +71,17 @@ TEST(ReportTables, TimesPooledOnALogarithmicAxis) {
   EXPECT_EQ(counted, 100);
 }
 
+/// As in table.csv: of ten values 95 % are the ten smallest, 50 % the five smallest.
+TEST(ReportTables, SharesOfTimesAreByNearestRank) {
+  TimeHistogram histogram;
+  for (int i = 10; i >= 1; --i) histogram.add(i);
+  const nlohmann::json json = histogram.json();
+  EXPECT_EQ(json["median"], 5);
+  EXPECT_EQ(json["p95"], 10);
+  EXPECT_EQ(json["p99"], 10);
+  EXPECT_EQ(json["max"], 10);
+  EXPECT_TRUE(TimeHistogram().json()["p95"].is_null());
+}
+
 }  // namespace test_report_tables
 }  // namespace gripline::report

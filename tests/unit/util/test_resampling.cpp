@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
+#include <numeric>
 #include <random>
+#include <utility>
 
 #include "util/statistics.hpp"
 
@@ -51,6 +54,20 @@ TEST(Resampling, CoversTheTrueMedianAsOftenAsStated) {
   }
   EXPECT_GT(held, 0.90 * trials);
   EXPECT_LT(held, 0.995 * trials);
+}
+
+/// Of an odd number of values the ends are two of them, and how often they enclose the median is a binomial sum: what
+/// the header and metrics.md state.
+TEST(Resampling, CoversAsStatedOfFewValues) {
+  const std::pair<std::size_t, double> stated[] = {{7, 0.875},  {9, 0.961},  {11, 0.935}, {13, 0.908}, {15, 0.882},
+                                                   {17, 0.951}, {19, 0.936}, {21, 0.922}, {25, 0.957}};
+  for (const auto& [n, share] : stated) {
+    std::vector<double> ranks(n);
+    std::iota(ranks.begin(), ranks.end(), 1.0);
+    const MedianInterval i = bootstrap_median_interval(ranks);
+    const boost::math::binomial_distribution<double> below(static_cast<double>(n), 0.5);  // values below the median
+    EXPECT_NEAR(cdf(below, i.hi - 1) - cdf(below, i.lo - 1), share, 5e-4) << n;
+  }
 }
 
 /// So tables may call it a range.

@@ -153,7 +153,11 @@ TEST(WorldSpec, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why(R"({"car": {"width": 0.7}})"), HasSubstr("/car: replaces the file"));
   EXPECT_THAT(why(R"({"friction": {"per_step": {"start_step": 10, "divide": 50}, "shift_per_seed": 0.03}})"),
               HasSubstr("/friction/shift_per_seed: friction shift_per_seed 0.03 s is no whole number"));
-  EXPECT_THAT(why(R"({"friction": {"patches": [{"from_s": 1, "to_s": 20, "factor": 0.5}]}})"), HasSubstr("/friction"));
+  EXPECT_THAT(why(R"({"friction": {"patches": [{"from_s": 1, "to_s": 20, "factor": 0.5}]}})"),
+              HasSubstr("/friction/patches/0/to_s: friction patch 1 names s = 20 m, expected 0 to"));
+  EXPECT_THAT(why(R"({"friction": {"patches": [{"from_s": 1, "to_s": 2, "factor": 0.5},
+                                               {"from_s": 20, "to_s": 2, "factor": 0.5}]}})"),
+              HasSubstr("/friction/patches/1/from_s: friction patch 2"));
 }
 
 /// A change of a file of another ending would go unnoticed: runs are told apart by the files that endings tell.
@@ -189,6 +193,19 @@ TEST(WorldSpec, TheStartMustBeOnTheRoadAndFaceAlong) {
   EXPECT_THAT(why(R"({"start": {"yaw": "180 deg"}})"), HasSubstr("/start: start faces backwards"));
   EXPECT_THAT(why(R"({"start": {"speed": -1}})"), HasSubstr("/start/speed: -1 is out of range"));
   EXPECT_THAT(why(R"({"start": {"X": 1}})"), HasSubstr("unknown key \"X\"; did you mean \"x\"?"));
+}
+
+/// Not where the start of the extended file stands, which is good.
+TEST(WorldSpec, AStartIsToldAtTheMemberThatMovedIt) {
+  const Folder folder;
+  write_text(folder / "base.json", R"({"start": {"x": 0, "y": 0, "yaw": 0, "speed": "1 m/s"}})");
+  write_text(folder / "world.json", R"({"extends": "base.json", "start": {"speed": "2 m/s", "y": 0.5}})");
+  Node tree = merge(small_world(), load_json(folder / "world.json"));
+  inline_world_files(tree);
+  Errors errors;
+  read_world(tree, plugins(), errors);
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_THAT(errors.sorted().front().text(), HasSubstr("world.json:1:59: /start/y: start (0, 0.5) is off the track"));
 }
 
 TEST(WorldSpec, TheCarMustFit) {

@@ -3,6 +3,7 @@
 
 #include "calibrate/measured_kind/measured_experiment.hpp"
 #include "config/json_file.hpp"
+#include "experiment/result_files.hpp"
 #include "util/csv_writer.hpp"
 
 namespace gripline::calibrate {
@@ -30,7 +31,7 @@ std::string header_of(const char* first, const char* prefix) {
 }
 
 void write_errors(const std::filesystem::path& folder, const MeasuredOutcome& o) {
-  CsvWriter file(folder / "errors.csv", header_of("model,starts", ""));
+  CsvWriter file(folder / result_files::errors, header_of("model,starts", ""));
   const auto row = [&](const HorizonRow& r) {
     file << r.name << static_cast<std::int64_t>(r.error[2].count);
     for (const HorizonError& e : r.error)
@@ -43,7 +44,7 @@ void write_errors(const std::filesystem::path& folder, const MeasuredOutcome& o)
 }
 
 void write_ablation(const std::filesystem::path& folder, const MeasuredOutcome& o) {
-  CsvWriter file(folder / "ablation.csv", header_of("effect", "rise_"));
+  CsvWriter file(folder / result_files::ablation, header_of("effect", "rise_"));
   for (const Ablation& a : o.ablations) {
     file << a.effect;
     for (const HorizonError& e : a.change)
@@ -54,7 +55,7 @@ void write_ablation(const std::filesystem::path& folder, const MeasuredOutcome& 
 }
 
 void write_parameters(const std::filesystem::path& folder, const MeasuredOutcome& o) {
-  CsvWriter file(folder / "parameters.csv", "pointer,group,value,low,high,prior,learned,status");
+  CsvWriter file(folder / result_files::parameters, "pointer,group,value,low,high,prior,learned,status");
   for (const FittedParameter& p : o.fit.parameters) {
     file << p.unknown.pointer << p.unknown.group << p.value << p.interval.low << p.interval.high << p.unknown.prior
          << p.interval.learned << status_names[static_cast<std::size_t>(p.status)];
@@ -64,7 +65,7 @@ void write_parameters(const std::filesystem::path& folder, const MeasuredOutcome
 }
 
 void write_samples(const std::filesystem::path& folder, const MeasuredSpec& spec, const MeasuredOutcome& o) {
-  CsvWriter file(folder / "samples.csv",
+  CsvWriter file(folder / result_files::samples,
                  "log,start_s,t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps,measured_x_m,measured_y_m,"
                  "measured_yaw_rad,measured_vx_mps,measured_vy_mps,measured_yaw_rate_radps");
   for (const HeldOut& h : o.held_out)
@@ -161,7 +162,7 @@ void write_measured(const std::filesystem::path& folder, const MeasuredSpec& spe
   write_ablation(folder, o);
   write_parameters(folder, o);
   write_samples(folder, spec, o);
-  write_file(folder / "fitted.json", to_json_text(o.fitted));
+  write_file(folder / result_files::fitted, to_json_text(o.fitted));
   Node page = Node::empty_object();
   page.set("horizon_s", Node(spec.horizon));
   Node rows{Node::Array{}}, ablations{Node::Array{}}, parameters{Node::Array{}}, logs{Node::Array{}},
@@ -187,7 +188,7 @@ void write_measured(const std::filesystem::path& folder, const MeasuredSpec& spe
   page.set("advice", std::move(advice));
   page.set("health", health_node(o));
   if (o.road) page.set("road", road_node(*o.road));
-  write_file(folder / "measured.json", to_json_text(page));
+  write_file(folder / result_files::measured, to_json_text(page));
 }
 
 }  // namespace gripline::calibrate
