@@ -282,9 +282,11 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     return load_.of(axle) * std::sqrt(std::max(0.0, variance));
   }
 
-  /// False after a spin or a contact with a wall, which the equations do not cover: what was learned is discarded.
+  /// False after a spin or a contact with a wall, which the equations do not cover: what was learned is discarded. A
+  /// friction of 0.1 to 4 is that of some road and tyre, however far it is from the one expected.
   bool plausible() const {
-    const auto fair = [this](double mu) { return mu > 0.05 * expected_ && mu < 4 * expected_; };
+    const double least = std::min(0.05 * expected_, 0.1), most = std::max(4 * expected_, 4.0);
+    const auto fair = [&](double mu) { return mu > least && mu < most; };
     return fair(belief_.mu_front) && fair(belief_.mu_rear) && std::min(terms_.gains.drive, terms_.gains.brake) > -0.9;
   }
 

@@ -506,6 +506,15 @@ TEST(ElmRls, SurvivesSamplesThatNoTyreExplains) {
   EXPECT_NEAR(total_mu(rls->belief(), small_car()), TrueCar().mu(), 0.08);
 }
 
+// Were what it learned discarded for being so much more, it would begin again for ever.
+TEST(ElmRls, LearnsAFrictionFarAboveTheOneItExpects) {
+  Nominal nominal("ekinematic");
+  const auto rls = make_estimator("elm_rls", nominal, {{"friction", 0.2}, {"friction_spread", 1.0}});
+  learn(*rls, nominal, drive_bends(20, 3, fresh));
+  EXPECT_TRUE(rls->belief().trusted);
+  EXPECT_NEAR(total_mu(rls->belief(), small_car()), TrueCar().mu(), 0.1);
+}
+
 // A state that is no number, as of a sensor that fails, is forgotten with all that came of it.
 TEST(ElmRls, LearnsAgainAfterASampleThatIsNoNumber) {
   Nominal nominal("ekinematic");
