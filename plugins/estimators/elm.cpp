@@ -136,7 +136,7 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
 
  private:
   Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + 2; }
-  /// Whether enough was seen to speak of friction, and to correct: a sixth of the window, one second of the default.
+  /// Whether enough was seen to speak of friction, and to correct: 50 samples, a second at 20 ms, or a window of fewer.
   bool learned() const { return gram_.count() >= std::min(params_.window, 50); }
 
   /// Adds the penalty on slopes beyond slip_cap to the unknowns from `first` on.
