@@ -7,7 +7,9 @@
 // prediction: behind the commands where the nominal model knows lags, gains or delays. Samples wait until the first
 // `tune_at` are there; then the inputs and targets are standardised, the kernels fitted to at most `tune_points` of
 // them, and from there on the window slides by one sample per step. Kernels are fitted again when the window is full
-// for the first time and then every `tune_every` steps (0: never). Derivatives are analytic.
+// for the first time and then every `tune_every` steps (0: never). A step with a fit, by default those of samples 150
+// and 410, allocates and takes as long as the fit does: a simulated race waits for it, a car could not. Derivatives are
+// analytic.
 //
 // `gp` is told the true friction, as in the published comparison. `gp_own_mu` knows no more than the others: it inverts
 // the lateral and yaw equations of step_path.hpp at its samples for the axle forces under the learned means, and takes
