@@ -87,7 +87,7 @@ class LinePlanner {
 
   void plan(const Observation& now, double mu, std::span<RefPoint> horizon) {
     const ClosedLine& line = road_.line();
-    const Bracket at_mu = profiles_.select(mu);
+    const ProfileLibrary::AtFriction at_mu = profiles_.select(mu);
     const double foot = follower_.locate(line, now.x.x, now.x.y, now.x.yaw);
     const auto planned = [&](double s) { return pace_ * profiles_.speed(at_mu, line.bracket(s)); };
     const auto reach = [&](double v) {

@@ -56,14 +56,13 @@ class RecedingTime final : public LapPlanner {
   RecedingTime(const PluginContext& context, const Params& params)
       : LapPlanner(
             context, checked(params),
-            {.least_mu = params.mu_lo,
-             .most_mu = params.mu_hi,
+            {.most_mu = params.mu_hi,
              .reach = 1.0,
              .at_own_speed = true,
              .sharing = {.ratio = params.ellipse, .drive_front = params.drive_front, .brake_front = params.brake_front},
              .full_slip_until_speed = params.full_slip_until_speed,
              .small_slip_from_speed = params.small_slip_from_speed}),
-        laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
+        laps_(setup(), {scaled_to(typical().tyres, mu_lap()), typical().resistance},
               {.ahead = params.ahead, .nodes = params.nodes, .iterations = params.iterations, .follow = params.follow}),
         slip_bound_slow_car_(params.slip_bound_slow_car),
         from_car_state_(params.from_car_state) {
@@ -80,7 +79,7 @@ class RecedingTime final : public LapPlanner {
     laps_.set_slip_bound_slow_car(std::min(slip_bound_slow_car_, beyond * visited_slip()));
     const double station = followed().locate(now.x.x, now.x.y, now.x.yaw);
     const bool astray = from_car_state_ && learned != nullptr && has_left_plan(now.x, station);
-    laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,
+    laps_.step({scaled_to(car.tyres, mu_lap()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,
                plan_, astray ? &now.x : nullptr);
     if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
   }
