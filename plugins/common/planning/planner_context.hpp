@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -25,6 +27,19 @@ inline Prediction& nominal_of(const PluginContext& context) {
 
 /// The soft bound of a line's curvature: 0.8 of what the car can steer without slip [1/m].
 inline double drivable_curvature(const Car& car) { return 0.8 * std::tan(car.delta_max) / (car.lf + car.lr); }
+
+/// The number of a line's samples. Throws std::invalid_argument where so many are wanted as of a car far too small for the
+/// road, whose line would take hours and all memory, or too few.
+inline std::size_t sample_count(double wanted) {
+  constexpr double fewest = 8, most = 200000;
+  if (!(wanted >= fewest && wanted <= most)) {
+    std::ostringstream text;
+    text << "the line along the course would have " << wanted << " samples; expected " << fewest << " to " << most
+         << ": the car (or the line's \"spacing\") does not suit the length of the course";
+    throw std::invalid_argument(text.str());
+  }
+  return static_cast<std::size_t>(wanted);
+}
 
 /// Friction coefficients from `lo` to `hi`, equally spaced by at most `step`. Throws std::invalid_argument for hi < lo.
 inline std::vector<double> friction_grid(double lo, double hi, double step) {
