@@ -41,9 +41,7 @@ class FrictionSpeed final : public SpeedPlanner {
   void plan(const Observation& now, const Belief& belief, const TyreCurve* /*learned*/,
             std::span<RefPoint> horizon) override {
     // A fall of the friction counts at once, a rise at the rate `rise`: what was just learned may be wrong.
-    // An error of both axles in one direction is taken for granted: their deviations add up.
-    const double spread = (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
-    const double mu = total_mu(belief, car_) - sigma_ * spread;
+    const double mu = total_mu(belief, car_) - sigma_ * total_sigma(belief, car_);
     planned_ = std::min(mu, planned_ + step_);
     if (!std::isfinite(planned_)) planned_ = mu;
     planner_.plan(now, planned_, horizon);

@@ -124,7 +124,7 @@ class LapPlanner : public SpeedPlanner {
     tyres_.see(now.x);
     AxleTyres tyres = tyres_.tyres(belief, learned);
     const MagicFormula front = tyres.front;
-    double spread = tyres_.spread(belief);
+    double spread = total_sigma(belief, car_);
     if (belief.trusted) see(now, tyres, spread);
     relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);

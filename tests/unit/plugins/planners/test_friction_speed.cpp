@@ -79,6 +79,9 @@ TEST_F(FrictionSpeedTest, PlansForLessThanItBelievesByAsManyDeviationsAsTold) {
   };
   EXPECT_NEAR(speed(*cautious, {0.9, 0.9, 0.1, 0.1, true}), speed(*published, believe(0.7, 0.7)), 1e-9);
   EXPECT_EQ(speed(*published, {0.9, 0.9, 0.1, 0.1, true}), speed(*published, believe(0.9, 0.9)));
+  // The whole car's deviation is that of its axles by their loads.
+  const double whole = (0.1 * car_.lr + 0.03 * car_.lf) / (car_.lf + car_.lr), mu = 0.9 - 2.0 * whole;
+  EXPECT_NEAR(speed(*cautious, {0.9, 0.9, 0.1, 0.03, true}), speed(*published, believe(mu, mu)), 1e-9);
 }
 
 TEST_F(FrictionSpeedTest, HorizonStartsAtTheFootAndAdvancesByTheSpeedsItStates) {
