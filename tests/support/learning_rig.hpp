@@ -1,5 +1,5 @@
-// What the tests of estimators share: plugins and effects by id, the 1:43 car's nominal model, the conformance kit's drives of its
-// true equations (written out again, apart from the product's), and the shared logs as samples.
+// What the tests of estimators share: plugins and effects by id, the 1:43 car's nominal model, the conformance kit's
+// drives of its true equations (written out again, apart from the product's), and the shared logs as samples.
 #pragma once
 
 #include <gtest/gtest.h>

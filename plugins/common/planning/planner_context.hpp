@@ -1,5 +1,4 @@
-// What planners ask of their context, a car's own limits that their lines respect, and the frictions that plans are made
-// for.
+// What planners ask of their context, a car's own limits that their lines respect, and frictions that are planned for.
 #pragma once
 
 #include <algorithm>
@@ -28,8 +27,8 @@ inline Prediction& nominal_of(const PluginContext& context) {
 /// The soft bound of a line's curvature: 0.8 of what the car can steer without slip [1/m].
 inline double drivable_curvature(const Car& car) { return 0.8 * std::tan(car.delta_max) / (car.lf + car.lr); }
 
-/// The number of a line's samples. Throws std::invalid_argument where so many are wanted as of a car far too small for the
-/// road, whose line would take hours and all memory, or too few.
+/// The number of a line's samples. Throws std::invalid_argument for too few, and for so many as a car has that is far
+/// too small for the road: they would take hours and all memory.
 inline std::size_t sample_count(double wanted) {
   constexpr double fewest = 8, most = 200000;
   if (!(wanted >= fewest && wanted <= most)) {

@@ -58,8 +58,8 @@ inline std::vector<double> speed_profile(const ClosedLine& line, const DriveLimi
   return v;
 }
 
-/// Profiles over a grid of mu, interpolated linearly. Above the grid its end holds; below it the first profile is driven
-/// more slowly (speed_share).
+/// Profiles over a grid of mu, interpolated linearly. Above the grid its end holds; below it the first profile is
+/// driven more slowly (speed_share).
 class ProfileLibrary {
  public:
   ProfileLibrary(const ClosedLine& line, const Car& car, const DriveLimits& limits, const ProfileOptions& options,

@@ -126,7 +126,7 @@ TEST(Gp, ExplainsTheResidualItLearnedFrom) {
   for (const double r2 : validate(nominal, *process, last).r2) EXPECT_GT(r2, 0.98);
 }
 
-/// A car that drives straight ahead shows what drive its nominal model lacks. That holds where it steers by a hair, too.
+/// A car that drives straight ahead shows what drive its nominal model lacks, also where it then steers by a hair.
 TEST(Gp, AnInputThatStoodStillMayMoveALittle) {
   const TrueCar truth;
   Nominal nominal("ekinematic", {{"Cm1", 0.2}});

@@ -137,8 +137,8 @@ TEST(LearnedCurve, IsTheSameBehindASteeringLag) {
   }
 }
 
-// A dead zone taken off twice would pass for drive that the nominal model lacks: of a resistance of 1.3 m/s2, half would
-// be left.
+// A dead zone taken off twice would pass for drive that the nominal model lacks: half of the resistance of 1.3 m/s2
+// would be left.
 TEST(LearnedResistance, IsThatBehindADeadZoneAndAnOffset) {
   LearningDrive mapped("elm_rls", Pedals::mapped);
   EXPECT_LT(mapped.straight_error(), 0.1);
