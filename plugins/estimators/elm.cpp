@@ -38,6 +38,8 @@ using namespace gripline::learning;
 constexpr double published_curvature = 290.0;
 constexpr double resistance_scale = 0.023;
 constexpr double least_mu = 0.2;  // for the friction ellipse while little is learned
+// Nodes overlap: the window's matrix is singular to rounding, which is 1e-14 of its largest eigenvalue, about 1.
+constexpr double least_ridge = 1e-12;
 
 class Elm final : public AutoDiffEffect<Elm, Estimator> {
  public:
@@ -65,7 +67,8 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
             param("slip_start", &P::slip_start, "rad", {0, 1.5}, "slip range assumed visited at the start, for mu"),
             param("slip_cap", &P::slip_cap, "rad", {0.01, 1.5}, "largest slip of interest: nodes lie below, and mu"),
             param("level", &P::level, "1", {0, 1e3}, "weight of a level curve beyond the slips that are visited"),
-            param("ridge", &P::ridge, "1", {0, 1}, "weight on the squared unknowns in the pseudo-inverse"),
+            param("ridge", &P::ridge, "1", {0, 1},
+                  "weight on the squared unknowns in the pseudo-inverse; at least 1e-12"),
             choice("solver", &P::solver, "momentum|pseudo_inverse", "how the window's loss is minimised")},
         ellipse_parameters<P>());
   }
@@ -133,7 +136,7 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
 
  private:
   Eigen::Index unknowns() const { return 2 * static_cast<Eigen::Index>(params_.hidden) + 2; }
-  /// Whether enough was seen to speak of friction, and to correct: a sixth of the window, one second of the default.
+  /// Whether enough was seen to speak of friction, and to correct: 50 samples, a second at 20 ms, or a window of fewer.
   bool learned() const { return gram_.count() >= std::min(params_.window, 50); }
 
   /// Adds the penalty on slopes beyond slip_cap to the unknowns from `first` on.
@@ -195,8 +198,9 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
 
   void solve() {
     form_normal();
-    normal_.diagonal().array() += params_.ridge;
+    normal_.diagonal().array() += std::max(params_.ridge, least_ridge);
     factors_.compute(normal_);
+    if (factors_.info() != Eigen::Success) return;  // the weights of the step before stay
     gradient_ = gram_.moment() * (2.0 / (3.0 * gram_.weight()));
     weights_ = factors_.solve(gradient_);
   }

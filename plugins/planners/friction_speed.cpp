@@ -2,6 +2,8 @@
 //
 //   v_ref(s) = pace * v(s; mu),   mu = (mu_f lr + mu_r lf) / (lf + lr),   v(s; mu) linear between profiles of a grid
 //
+// Below the grid, v(s; mu) = sqrt(mu / mu_lo) v(s; mu_lo).
+//
 // With `sigma` above 0, which the paper does not have, mu is that many standard deviations below the estimate: 1.64
 // plans for the friction that is there with 95 %.
 //
@@ -20,7 +22,8 @@ class FrictionSpeed final : public SpeedPlanner {
   };
   static constexpr auto parameters() {
     return std::tuple_cat(planning::line_parameters<Params>(),
-                          std::tuple{param("mu_lo", &Params::mu_lo, "1", {0.01, 5}, "least friction of the grid"),
+                          std::tuple{param("mu_lo", &Params::mu_lo, "1", {0.01, 5},
+                                           "least friction of the grid; less is driven at the root of its share"),
                                      param("mu_hi", &Params::mu_hi, "1", {0.01, 5}, "largest friction of the grid"),
                                      param("mu_step", &Params::mu_step, "1", {0.005, 1}, "step of the grid"),
                                      param("rise", &Params::rise, "1/s", {0, 100},
@@ -38,9 +41,7 @@ class FrictionSpeed final : public SpeedPlanner {
   void plan(const Observation& now, const Belief& belief, const TyreCurve* /*learned*/,
             std::span<RefPoint> horizon) override {
     // A fall of the friction counts at once, a rise at the rate `rise`: what was just learned may be wrong.
-    // An error of both axles in one direction is taken for granted: their deviations add up.
-    const double spread = (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
-    const double mu = total_mu(belief, car_) - sigma_ * spread;
+    const double mu = total_mu(belief, car_) - sigma_ * total_sigma(belief, car_);
     planned_ = std::min(mu, planned_ + step_);
     if (!std::isfinite(planned_)) planned_ = mu;
     planner_.plan(now, planned_, horizon);

@@ -42,7 +42,7 @@ TEST_F(Cli, HelpAndVersion) {
   EXPECT_THAT(gripline_with({"run", "--help"}).out, AllOf(HasSubstr("--stack"), HasSubstr("--seed")));
   const Outcome version = gripline_with({"--version"});
   EXPECT_EQ(version.code, 0);
-  EXPECT_EQ(version.out, "gripline 0.2.0 (plugin ABI 5)\n");
+  EXPECT_EQ(version.out, "gripline 0.2.0 (plugin ABI 6)\n");
   const Outcome nothing = gripline_with({});
   EXPECT_EQ(nothing.code, 2);
   EXPECT_THAT(nothing.err, HasSubstr("usage: gripline COMMAND"));

@@ -95,14 +95,14 @@ TEST_F(Failures, ALibraryThatCannotBeUsedIsToldWithItsReasonWhenItsPluginIsMisse
       HasSubstr("needs_absent.so: libgripline_absent.so: cannot open shared object file: No such file or directory"));
   const Outcome abi = compare({"--set", "/base/controller/plugin=other", "--plugins", plugins_of("other_abi")});
   EXPECT_EQ(abi.code, 3);
-  EXPECT_THAT(abi.err, HasSubstr("other_abi.so: built for plugin ABI 7, this gripline has ABI 5; rebuild the plugin"));
+  EXPECT_THAT(abi.err, HasSubstr("other_abi.so: built for plugin ABI 7, this gripline has ABI 6; rebuild the plugin"));
   write_text(folder_ / "text/text.so", "not a library\n");
   const Outcome text = compare({"--set", "/base/controller/plugin=other", "--plugins", folder_ / "text"});
   EXPECT_EQ(text.code, 3);
   EXPECT_THAT(text.err, HasSubstr("text.so: is not a shared library"));
   const Outcome none = compare({"--set", "/base/controller/plugin=other", "--plugins", plugins_of("not_a_plugin")});
   EXPECT_EQ(none.code, 3);
-  EXPECT_THAT(none.err, HasSubstr("not_a_plugin.so: is not a gripline plugin: it has no symbol gripline_plugins_abi5"));
+  EXPECT_THAT(none.err, HasSubstr("not_a_plugin.so: is not a gripline plugin: it has no symbol gripline_plugins_abi6"));
 }
 
 /// A broken library beside the plugins that are used is no obstacle, and is listed.

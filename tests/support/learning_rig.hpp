@@ -1,5 +1,5 @@
-// What the tests of estimators share: plugins by id, the 1:43 car's nominal model, the conformance kit's drives of its
-// true equations (written out again, apart from the product's), and the shared logs as samples.
+// What the tests of estimators share: plugins and effects by id, the 1:43 car's nominal model, the conformance kit's
+// drives of its true equations (written out again, apart from the product's), and the shared logs as samples.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -76,6 +76,25 @@ class Nominal {
   std::vector<gripline::abi::ParamValue> values_;
   Instance<VehicleModel> model_;
   CorrectedModel prediction_;
+};
+
+/// An effect with the parameters that are set, and the others as declared.
+class OneEffect {
+ public:
+  OneEffect(const std::string& id, const Settings& settings)
+      : entry_(registry().find(abi::Kind::effect, id)),
+        values_(values_of(entry_, settings)),
+        effect_(create<Effect>(entry_, PluginContext{}, values_)) {}
+  void add_to(StagedCar& car) const {
+    std::vector<double> params;
+    for (const auto& value : values_) params.push_back(value.number);
+    car.add(*effect_, params, entry_.decl->id);
+  }
+
+ private:
+  const PluginEntry& entry_;
+  std::vector<abi::ParamValue> values_;
+  Instance<Effect> effect_;
 };
 
 /// Gaussian noise as the sensors of the 1:43 car have it (framework/doc/worlds.md), seeded.

@@ -13,9 +13,9 @@
 namespace gripline::abi {
 
 /// To be raised, here and in the symbol's name, with every change of what crosses (test_abi_layout.cpp says when).
-inline constexpr std::uint32_t number = 5;
+inline constexpr std::uint32_t number = 6;
 /// Name of the manifest's symbol.
-#define GRIPLINE_MANIFEST_SYMBOL gripline_plugins_abi5
+#define GRIPLINE_MANIFEST_SYMBOL gripline_plugins_abi6
 
 /// The role of a plugin, one for each interface that plugins implement.
 enum class Kind : std::uint32_t {

@@ -58,7 +58,7 @@ GRIPLINE_ABI_STRUCT(CoursePoint, s, n, x, y, yaw, kappa, left, right, grade, ban
 GRIPLINE_ABI_STRUCT(LinePoint, s, x, y, yaw, kappa, left, right, station, grade, bank)
 GRIPLINE_ABI_STRUCT(Table, data, rows, cols)
 GRIPLINE_ABI_STRUCT(LineOptions, margin, max_curvature)
-GRIPLINE_ABI_STRUCT(Prediction::Rates, vx, vy, omega, load_front, load_rear, drive_force)
+GRIPLINE_ABI_STRUCT(Prediction::Rates, vx, vy, omega, load_front, load_rear, drive_force, d, delta)
 GRIPLINE_ABI_STRUCT(Ground::Patch, grade, bank, factor)
 GRIPLINE_ABI_STRUCT(PluginContext, car, dt, hold, seed, mu_init, course, nominal, truth, cache_dir, progress,
                     progress_context)

@@ -123,9 +123,11 @@ class Prediction {
     double load_front = 1;   ///< as in Quantities, relative to the static load [-]
     double load_rear = 1;    ///< as in Quantities, relative to the static load [-]
     double drive_force = 0;  ///< as in Quantities [N]
+    double d = 0;            ///< throttle that acts, as in Quantities: what Stage::command makes of the held one [-]
+    double delta = 0;        ///< road wheel angle that acts, likewise [rad]
   };
   /// Rates of one state under a held input, memory at its steady value: for planners that need the car's real drive,
-  /// brake and steering limits. Errors as in `step`. May allocate.
+  /// brake and steering limits. x.delta is the command. Errors as in `step`. May allocate.
   virtual Rates rates(const State& x, const Input& u, const Place& at) = 0;
 };
 

@@ -274,6 +274,11 @@ inline double total_mu(const Belief& belief, const Car& car) {
   return (belief.mu_front * car.lr + belief.mu_rear * car.lf) / (car.lf + car.lr);
 }
 
+/// Standard deviation of total_mu: an error of both axles in one direction is taken for granted, so that theirs add up.
+inline double total_sigma(const Belief& belief, const Car& car) {
+  return (belief.sigma_front * car.lr + belief.sigma_rear * car.lf) / (car.lf + car.lr);
+}
+
 /// Where the car should be k steps ahead. All members are finite: where no edge is to hold the car back, `left` and
 /// `right` are large numbers, such as a kilometre.
 struct RefPoint {

@@ -176,7 +176,7 @@ Prediction::Rates CorrectedModel::rates(const State& x, const Input& u, const Pl
   StagedCar::Scratch<double> scratch;
   car_.rates(batch, scratch);
   const Quantities<double>& q = scratch.front();  // of the only point
-  return {rate[3], rate[4], rate[5], q.load_front, q.load_rear, q.drive_force};
+  return {rate[3], rate[4], rate[5], q.load_front, q.load_rear, q.drive_force, q.d, q.delta};
 }
 
 void CorrectedModel::reset(const State& x, double d, const Place& at) {

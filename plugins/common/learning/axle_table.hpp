@@ -1,7 +1,8 @@
 // A tyre curve as a table: cubic Hermite segments over the slip angle, once continuously differentiable.
 //
-// Evaluating it costs the same whatever was learned, which keeps a horizon of predictions cheap. The range covers every
-// slip angle atan2 and a steering angle can produce, so nothing has to be clipped (hard clips make solvers fail).
+// Evaluating it costs the same whatever was learned, which keeps a horizon of predictions cheap. The range covers the
+// slips of a car that drives forward and steers by up to 0.43 rad, so that they meet no kink. Beyond it the curve is
+// level.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +17,7 @@
 
 namespace gripline::learning {
 
-inline constexpr double table_reach = 2.0;  // [rad], above pi/2 + any steering angle
+inline constexpr double table_reach = 2.0;  // [rad]: pi/2 and a steering angle of 0.43
 inline constexpr std::ptrdiff_t table_knots = 161;
 inline constexpr double table_step = 2 * table_reach / static_cast<double>(table_knots - 1);  // [rad]
 
@@ -53,7 +54,9 @@ class AxleTable {
     const double s0 = slope_[i] * table_step, s1 = slope_[i + 1] * table_step;
     const double c2 = 3 * (f1 - f0) - 2 * s0 - s1;
     const double c3 = 2 * (f0 - f1) + s0 + s1;
-    return {f0 + w * (s0 + w * (c2 + w * c3)), (s0 + w * (2 * c2 + w * 3 * c3)) / table_step};
+    const double force = f0 + w * (s0 + w * (c2 + w * c3));
+    if (std::abs(slip) > table_reach) return {force, 0.0};
+    return {force, (s0 + w * (2 * c2 + w * 3 * c3)) / table_step};
   }
 
   template <class T>

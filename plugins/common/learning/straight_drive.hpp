@@ -39,7 +39,7 @@ class StraightDrive {
  public:
   /// The nominal model outlives this. Throws when there is none, when it has no loads, or when commands move within a
   /// step: a step's equations would be taken at the wrong steering angle.
-  explicit StraightDrive(const PluginContext& context) : nominal_(context.nominal) {
+  explicit StraightDrive(const PluginContext& context) : nominal_(context.nominal), car_(context.car) {
     if (nominal_ == nullptr) throw std::runtime_error("needs a nominal model to learn what it misses");
     if (context.hold != Hold::zoh) throw std::runtime_error("learns from held commands only: input_hold \"zoh\"");
     const Car& car = context.car;
@@ -79,18 +79,39 @@ class StraightDrive {
       return r;
     }
   };
-  /// At forward speed vx [m/s] and throttle d.
+  /// At forward speed vx [m/s] where throttle d acts and the wheels point straight ahead.
   Rates at(double vx, double d, const Place& place) const {
-    State straight;
-    straight.vx = vx;
-    const Prediction::Rates rates = nominal_->rates(straight, {d, 0.0}, place);
+    const Prediction::Rates rates = rates_where(vx, d, place);
     // Models without tyres leave the bank out: their wheels hold the car.
     return {rates.vx, has_tyres_ ? rates.vy : rates.vy + gravity * std::sin(place.bank), rates.load_front,
             rates.load_rear, rates.drive_force};
   }
 
  private:
+  /// The nominal model takes commands, of which its Stage::command may make something else: a dead zone, a curve, an
+  /// offset. Where it does, the commands of which this comes are found by bisection.
+  Prediction::Rates rates_where(double vx, double d, const Place& place) const {
+    constexpr int halvings = 50;
+    State x;
+    x.vx = vx;
+    Prediction::Rates rates = nominal_->rates(x, {d, 0.0}, place);
+    const bool as_commanded = rates.d == d && rates.delta == 0.0;
+    if (as_commanded || !std::isfinite(d)) return rates;
+    double least = car_.d_min, most = car_.d_max, right = -car_.delta_max, left = car_.delta_max;
+    if (rates.d == d) least = most = d;
+    if (rates.delta == 0.0) right = left = 0.0;
+    for (int i = 0; i < halvings; ++i) {
+      const double command = 0.5 * (least + most);
+      x.delta = 0.5 * (right + left);
+      rates = nominal_->rates(x, {command, 0.0}, place);
+      (rates.d < d ? least : most) = command;
+      (rates.delta < 0.0 ? right : left) = x.delta;
+    }
+    return rates;
+  }
+
   Prediction* nominal_;
+  Car car_;
   bool has_tyres_ = false;
 };
 

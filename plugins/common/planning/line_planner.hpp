@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -57,17 +56,15 @@ constexpr auto line_parameters() {
       param("tyre_C", static_cast<double P::*>(&P::tyre_C), "1", {1.0, 3}, "shape factor of the generic tyre")};
 }
 
-/// The driving line of these parameters. Throws std::invalid_argument when there is no course.
+/// The driving line of these parameters. Throws std::invalid_argument when there is no course, and see sample_count().
 inline ClosedLine minimum_curvature_line(const PluginContext& context, const LineParams& params) {
   const Course& course = course_of(context);
   const Car& car = context.car;
   const double spacing = params.spacing > 0 ? params.spacing : (car.lf + car.lr) / 6.0;
-  const double wanted = std::ceil(course.length() / spacing);
-  if (!(wanted >= 8) || wanted > 200000) throw std::invalid_argument("spacing does not suit the length of the course");
   LineOptions options;
   options.margin = params.margin;
   options.max_curvature = params.max_curvature > 0 ? params.max_curvature : drivable_curvature(car);
-  std::vector<LinePoint> samples(static_cast<std::size_t>(wanted));
+  std::vector<LinePoint> samples(sample_count(std::ceil(course.length() / spacing)));
   course.minimum_curvature(options, samples);
   return ClosedLine(std::move(samples));
 }
@@ -87,7 +84,7 @@ class LinePlanner {
 
   void plan(const Observation& now, double mu, std::span<RefPoint> horizon) {
     const ClosedLine& line = road_.line();
-    const Bracket at_mu = profiles_.select(mu);
+    const ProfileLibrary::AtFriction at_mu = profiles_.select(mu);
     const double foot = follower_.locate(line, now.x.x, now.x.y, now.x.yaw);
     const auto planned = [&](double s) { return pace_ * profiles_.speed(at_mu, line.bracket(s)); };
     const auto reach = [&](double v) {

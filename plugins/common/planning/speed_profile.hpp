@@ -15,6 +15,7 @@
 
 #include "common/planning/car_limits.hpp"
 #include "common/planning/closed_line.hpp"
+#include "common/planning/planner_context.hpp"
 
 namespace gripline::planning {
 
@@ -57,7 +58,8 @@ inline std::vector<double> speed_profile(const ClosedLine& line, const DriveLimi
   return v;
 }
 
-/// Profiles over a grid of mu, interpolated linearly; beyond the grid its ends hold.
+/// Profiles over a grid of mu, interpolated linearly. Above the grid its end holds; below it the first profile is
+/// driven more slowly (speed_share).
 class ProfileLibrary {
  public:
   ProfileLibrary(const ClosedLine& line, const Car& car, const DriveLimits& limits, const ProfileOptions& options,
@@ -69,20 +71,25 @@ class ProfileLibrary {
 
   std::span<const double> profile(std::size_t i) const { return profiles_[i]; }
 
-  /// The profiles on either side of mu.
-  Bracket select(double mu) const {
-    if (mus_.size() == 1 || !(mu > mus_.front())) return {0, 0, 0.0};
-    if (mu >= mus_.back()) return {mus_.size() - 1, mus_.size() - 1, 0.0};
+  /// The profiles on either side of a friction, and the share of their speeds that it allows.
+  struct AtFriction {
+    Bracket profiles;
+    double share = 1;
+  };
+  AtFriction select(double mu) const {
+    if (mus_.size() == 1 || !(mu > mus_.front())) return {{0, 0, 0.0}, speed_share(mu, mus_.front())};
+    if (mu >= mus_.back()) return {{mus_.size() - 1, mus_.size() - 1, 0.0}};
     const auto above = static_cast<std::size_t>(std::upper_bound(mus_.begin(), mus_.end(), mu) - mus_.begin());
-    return {above - 1, above, (mu - mus_[above - 1]) / (mus_[above] - mus_[above - 1])};
+    return {{above - 1, above, (mu - mus_[above - 1]) / (mus_[above] - mus_[above - 1])}};
   }
-  double speed(const Bracket& mu, const Bracket& place) const {
+  double speed(const AtFriction& mu, const Bracket& place) const {
     const auto along = [&](std::size_t i) {
       const std::vector<double>& v = profiles_[i];
       return v[place.first] + (v[place.second] - v[place.first]) * place.weight;
     };
-    const double first = along(mu.first);
-    return mu.weight > 0.0 ? first + (along(mu.second) - first) * mu.weight : first;
+    const auto& [first, second, weight] = mu.profiles;
+    const double v = along(first);
+    return mu.share * (weight > 0.0 ? v + (along(second) - v) * weight : v);
   }
 
  private:

@@ -111,7 +111,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
       innovation.variance += lasting_doubt(c);
       rls_.update(innovation);
     }
-    ++seen_;
+    seen_ += k.dt;
     read_theta();
     if (!plausible()) start_over();
   }
@@ -131,8 +131,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   }
 
  private:
-  static constexpr double peak_reach = 1.6;       // [rad]: where mu looks for the peak
-  static constexpr int settling = 50;             // samples before the innovations are taken as evidence
+  static constexpr double peak_reach = 1.6;  // [rad]: where mu looks for the peak
+  static constexpr double settling = 0.99;   // [s] before the innovations are taken as evidence: 50 samples at 20 ms
   static constexpr double least_side_used = 0.4;  // where a sample under hard braking teaches of tyres
 
   bool settled() const { return seen_ >= settling; }
@@ -225,7 +225,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
       const auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], dt, misfit(c));
       rates[c - 1] = {innovation.error, innovation.variance, tyre_part(c)};
     }
-    change_.add(rates);
+    change_.add(rates, dt);
     if (!change_.alarms() || !settled()) return;
     spread_along_curves(params_.change, 0.3 * params_.change);
     rls_.doubt_noise(noise_.sigma());
@@ -282,14 +282,16 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     return load_.of(axle) * std::sqrt(std::max(0.0, variance));
   }
 
-  /// False after a spin or a contact with a wall, which the equations do not cover: what was learned is discarded.
+  /// False after a spin or a contact with a wall, which the equations do not cover: what was learned is discarded. A
+  /// friction of 0.1 to 4 is that of some road and tyre, however far it is from the one expected.
   bool plausible() const {
-    const auto fair = [this](double mu) { return mu > 0.05 * expected_ && mu < 4 * expected_; };
+    const double least = std::min(0.05 * expected_, 0.1), most = std::max(4 * expected_, 4.0);
+    const auto fair = [&](double mu) { return mu > least && mu < most; };
     return fair(belief_.mu_front) && fair(belief_.mu_rear) && std::min(terms_.gains.drive, terms_.gains.brake) > -0.9;
   }
 
   void start_over() {
-    seen_ = 0;
+    seen_ = 0.0;
     continues_ = false;
     noise_.start_over();
     change_.start_over();
@@ -331,7 +333,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   AxleTables tables_;
   CorrectionTerms terms_;
   Belief belief_;
-  std::int64_t seen_ = 0;
+  double seen_ = 0;  // [s] of samples
   bool continues_ = false;
 };
 

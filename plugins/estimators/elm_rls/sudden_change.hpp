@@ -29,10 +29,11 @@ class SuddenChange {
     double error, variance;  // of its innovation
     double force;            // what the tyres are predicted to contribute
   };
-  /// Takes in the rates of a sample.
-  void add(std::span<const Rate> rates) {
-    score_ *= memory;
-    score_variance_ *= memory;
+  /// Takes in the rates of a sample, which lasts dt [s].
+  void add(std::span<const Rate> rates, double dt) {
+    const double kept = std::pow(memory, dt / memory_time);
+    score_ *= kept;
+    score_variance_ *= kept;
     for (const Rate& rate : rates) {
       score_ += rate.error * rate.force / rate.variance;
       score_variance_ += square(rate.force) / rate.variance;
@@ -55,7 +56,8 @@ class SuddenChange {
   void start_over() { *this = SuddenChange(alarm_); }
 
  private:
-  static constexpr double memory = 0.9;        // per tested sample
+  static constexpr double memory = 0.9;        // of the score, after
+  static constexpr double memory_time = 0.02;  // [s] of tested samples
   static constexpr double tested_share = 0.4;  // of friction: least side force of samples that are tested
   static constexpr double lasts = 0.5;         // [s] that the new friction is being found: 25 samples at 20 ms
 

@@ -7,7 +7,9 @@
 // prediction: behind the commands where the nominal model knows lags, gains or delays. Samples wait until the first
 // `tune_at` are there; then the inputs and targets are standardised, the kernels fitted to at most `tune_points` of
 // them, and from there on the window slides by one sample per step. Kernels are fitted again when the window is full
-// for the first time and then every `tune_every` steps (0: never). Derivatives are analytic.
+// for the first time and then every `tune_every` steps (0: never). A step with a fit, by default those of samples 150
+// and 410, allocates and takes as long as the fit does: a simulated race waits for it, a car could not. Derivatives are
+// analytic.
 //
 // `gp` is told the true friction, as in the published comparison. `gp_own_mu` knows no more than the others: it inverts
 // the lateral and yaw equations of step_path.hpp at its samples for the axle forces under the learned means, and takes
@@ -127,6 +129,15 @@ class Gp : public Estimator {
     return {one.rate.vx - nominal.vx, one.rate.vy - nominal.vy, one.rate.omega - nominal.omega};
   }
 
+  /// A thousandth of what each input ranges over. By less, the noise of one that stood still would be all that counts,
+  /// and where it moves at all nothing would be known.
+  InputRow least_input_scales() const {
+    const double turn = 2 * car_.v_ref * std::tan(car_.delta_max) / (car_.lf + car_.lr);
+    InputRow ranges;
+    ranges << car_.d_max - car_.d_min, 2 * car_.ddelta_max, 2 * car_.delta_max, car_.v_ref, car_.v_ref, turn;
+    return 1e-3 * ranges;
+  }
+
   /// Standardises, fits the kernels to an even choice of the window, and puts the whole window in.
   void tune() {
     const int n = count();
@@ -136,12 +147,13 @@ class Gp : public Estimator {
       x.row(i) = sample(i).input;
       for (int c = 0; c < channels; ++c) y(i, c) = sample(i).target[c];
     }
-    const auto spread = [](const auto& column) {
-      return std::max(1e-9, std::sqrt((column.array() - column.mean()).square().mean()));
+    const auto spread = [](const auto& column, double least) {
+      return std::max(least, std::sqrt((column.array() - column.mean()).square().mean()));
     };
+    const InputRow least = least_input_scales();
     for (int d = 0; d < inputs; ++d) {
       input_mean_[d] = x.col(d).mean();
-      input_scale_[d] = spread(x.col(d));
+      input_scale_[d] = spread(x.col(d), least[d]);
       x.col(d) = (x.col(d).array() - input_mean_[d]) / input_scale_[d];
     }
     const int chosen = std::min(n, params_.tune_points);
@@ -149,7 +161,7 @@ class Gp : public Estimator {
     Eigen::VectorXd few_targets(chosen);
     for (int c = 0; c < channels; ++c) {
       target_mean_[c] = y.col(c).mean();
-      target_scale_[c] = spread(y.col(c));
+      target_scale_[c] = spread(y.col(c), 1e-9);
       y.col(c) = (y.col(c).array() - target_mean_[c]) / target_scale_[c];
       for (int i = 0; i < chosen; ++i) {
         const int from = static_cast<int>((static_cast<std::int64_t>(i) * n) / chosen);

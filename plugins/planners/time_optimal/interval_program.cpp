@@ -320,15 +320,15 @@ void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], co
   };
   const double lf = p_.car.lf, lr = p_.car.lr;
   if (p_.use.sharing.ratio > 0) {
-    both_ways(front_most, parts.slip_front, lf, slip_front_, parts.hessian_front);
-    both_ways(rear_most, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
+    both_ways(front_both_ways, parts.slip_front, lf, slip_front_, parts.hessian_front);
+    both_ways(rear_both_ways, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
     differentiate_sharing(i, z, w, parts, out);
     return;
   }
   one_way(front_most, 1.0, parts.slip_front, lf, slip_front_, parts.hessian_front);
   one_way(front_least, -1.0, parts.slip_front, lf, slip_front_, parts.hessian_front);
   if (p_.use.combined > 0) {
-    both_ways(rear_most, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
+    both_ways(rear_both_ways, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
     differentiate_circle(z, w, parts, out);
   } else {
     one_way(rear_most, 1.0, parts.slip_rear, -lr, slip_rear_, parts.hessian_rear);
@@ -339,14 +339,14 @@ void IntervalProgram::differentiate_rows(std::size_t i, const double (&z)[V], co
 /// (combined a)^2 + (Ff + Fr)^2 <= (N (Df + Dr))^2, over (Df + Dr)^2.
 void IntervalProgram::differentiate_circle(const double (&z)[V], const std::array<double, curved_rows>& w, Parts& parts,
                                            IntervalDerivatives& out) const {
-  const double most = p_.tyres.front.D + p_.tyres.rear.D, per = 1.0 / (most * most), weight = w[curved(rear_least)];
+  const double most = p_.tyres.front.D + p_.tyres.rear.D, per = 1.0 / (most * most), weight = w[curved(car_shared)];
   const double along = p_.use.combined * z[lap_a], across = parts.front.f + parts.rear.f;
   Gradient across_by = by_z(1.0, parts.front, p_.car.lf);
   const Gradient rear_by = by_z(1.0, parts.rear, -p_.car.lr);
   for (std::size_t m = 0; m < across_by.size(); ++m) across_by[m] += rear_by[m];
   const Value& load = parts.load;
-  Gradient& by = out.row_by[curved(rear_least)];
-  out.row[curved(rear_least)] = per * (along * along + across * across) - load.f * load.f;
+  Gradient& by = out.row_by[curved(car_shared)];
+  out.row[curved(car_shared)] = per * (along * along + across * across) - load.f * load.f;
   for (std::size_t m = 0; m < by.size(); ++m) by[m] = 2.0 * per * across * across_by[m];
   by[lap_vx] -= 2.0 * load.f * load.slope;
   by[lap_a] += 2.0 * per * p_.use.combined * along;
@@ -385,8 +385,8 @@ void IntervalProgram::differentiate_sharing(std::size_t i, const double (&z)[V],
     h.at(lap_a, lap_vx) -= 2.0 * weight * rises * parts.load.slope;
     h.at(lap_a, lap_a) += 2.0 * weight * (slope * slope + along * curvature - rises * rises);
   };
-  axle(front_least, parts.front, p_.car.lf, front, own.load_front, p_.tyres.front.D, parts.hessian_front);
-  axle(rear_least, parts.rear, -p_.car.lr, rear, own.load_rear, p_.tyres.rear.D, parts.hessian_rear);
+  axle(front_shared, parts.front, p_.car.lf, front, own.load_front, p_.tyres.front.D, parts.hessian_front);
+  axle(rear_shared, parts.rear, -p_.car.lr, rear, own.load_rear, p_.tyres.rear.D, parts.hessian_rear);
 }
 
 }  // namespace gripline::time_optimal

@@ -39,7 +39,14 @@ enum IntervalRow : int {
   front_least,
   rear_most,
   rear_least,
-  interval_rows
+  interval_rows,
+  // Where side forces share friction with drive and brakes, one row bounds an axle's slip to both sides, and the other
+  // holds what it shares: of each axle, or of the whole car.
+  front_both_ways = front_most,
+  rear_both_ways = rear_most,
+  front_shared = front_least,
+  rear_shared = rear_least,
+  car_shared = rear_least
 };
 inline constexpr int first_curved_row = drive_most, curved_rows = interval_rows - first_curved_row;
 
@@ -186,8 +193,8 @@ void IntervalProgram::share_friction(double grip, const T& a, const LapRates<T>&
             carried = r.load + (grip * load) * a;
     put(row, across * across + along * along - carried * carried);
   };
-  axle(front_least, r.front, front, own.load_front, p_.tyres.front.D);
-  axle(rear_least, r.rear, 1.0 - front, own.load_rear, p_.tyres.rear.D);
+  axle(front_shared, r.front, front, own.load_front, p_.tyres.front.D);
+  axle(rear_shared, r.rear, 1.0 - front, own.load_rear, p_.tyres.rear.D);
 }
 
 template <class T, class Put>
@@ -202,18 +209,18 @@ void IntervalProgram::curved_rows_of(std::size_t i, const T (&z)[lap_variables],
     put(row, relative * relative - share * share);
   };
   if (p_.use.sharing.ratio > 0) {
-    both_ways(front_most, r.slip_front, slip_front_);
-    both_ways(rear_most, r.slip_rear, slip_rear_);
+    both_ways(front_both_ways, r.slip_front, slip_front_);
+    both_ways(rear_both_ways, r.slip_rear, slip_rear_);
     share_friction(p_.places[i].grip, z[lap_a], r, put);
     return;
   }
   put(front_most, r.slip_front - apply(slip_front_, v));
   put(front_least, -1.0 * r.slip_front - apply(slip_front_, v));
   if (p_.use.combined > 0) {
-    both_ways(rear_most, r.slip_rear, slip_rear_);
+    both_ways(rear_both_ways, r.slip_rear, slip_rear_);
     const double most = p_.tyres.front.D + p_.tyres.rear.D;
     const T along = (p_.use.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
-    put(rear_least, along * along + across * across - r.load * r.load);
+    put(car_shared, along * along + across * across - r.load * r.load);
   } else {
     put(rear_most, r.slip_rear - apply(slip_rear_, v));
     put(rear_least, -1.0 * r.slip_rear - apply(slip_rear_, v));

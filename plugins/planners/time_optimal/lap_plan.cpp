@@ -102,22 +102,28 @@ void PlanFollower::set(const LapPlan& plan) {
   plan_.nodes.assign(plan.nodes.begin(), plan.nodes.end());
   plan_.time = plan.time;
   for (std::size_t i = 0; i < samples_.size(); ++i) place_sample(i);
-  measure_samples();
+  measure_samples(0);
 }
 
 /// Speeds and sideslip angles change in every step, the path only where another plan is followed: samples are of the
 /// path.
 void PlanFollower::set(const LapPlan& plan, std::size_t first, std::size_t count) {
   const std::size_t n = plan_.nodes.size();
+  std::size_t first_moved = n;
+  const auto place = [&](std::size_t interval) {
+    place_interval(interval);
+    first_moved = std::min(first_moved, interval);
+  };
   bool moved_before = false;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = (first + k) % n;
     const bool moved = !same_path(plan_.nodes[i], plan.nodes[i]);
     plan_.nodes[i] = plan.nodes[i];
-    if (moved || moved_before) place_interval(i > 0 ? i - 1 : n - 1);
+    if (moved || moved_before) place(i > 0 ? i - 1 : n - 1);
     moved_before = moved;
   }
-  if (moved_before) place_interval((first + count - 1) % n);
+  if (moved_before) place((first + count - 1) % n);
+  measure_samples(first_moved * samples_per_interval);
 }
 
 void PlanFollower::place_interval(std::size_t k) {
@@ -160,12 +166,11 @@ void PlanFollower::place_sample(std::size_t i) {
   r.right = p.right + o.n;
 }
 
-/// Stations of the samples along the path.
-void PlanFollower::measure_samples() {
-  double way = 0;
-  for (std::size_t i = 0; i < samples_.size(); ++i) {
-    if (i > 0) way += std::hypot(samples_[i].x - samples_[i - 1].x, samples_[i].y - samples_[i - 1].y);
-    samples_[i].s = way;
+/// Stations of the samples along the path, from a sample on: those before it have not moved.
+void PlanFollower::measure_samples(std::size_t from) {
+  for (std::size_t i = from; i < samples_.size(); ++i) {
+    LinePoint& r = samples_[i];
+    r.s = i > 0 ? samples_[i - 1].s + std::hypot(r.x - samples_[i - 1].x, r.y - samples_[i - 1].y) : 0.0;
   }
 }
 

@@ -68,7 +68,7 @@ class PlanFollower {
   double beside_plan(double near, double x, double y) const;
   void place_interval(std::size_t k);
   void place_sample(std::size_t i);
-  void measure_samples();
+  void measure_samples(std::size_t from);
 
   static constexpr std::size_t samples_per_interval = 4;
   const LapSetup* setup_;

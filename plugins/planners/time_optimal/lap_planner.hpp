@@ -2,6 +2,7 @@
 // resistance_fit.hpp), which friction is planned for, and references along the lap (lap_references.hpp).
 //
 //   mu_plan = factor (mu - sigma sigma_mu), rising by at most `rise` per second; start mu_init until mu is trusted
+//   mu_lap  = mu_plan, at least mu_lo: what laps are solved for
 //   v_driven = pace' v,   pace' of pace_reserve.hpp
 #pragma once
 
@@ -31,13 +32,12 @@ using namespace planning;
 /// Beliefs, and references along a lap, however it is solved.
 class LapPlanner : public SpeedPlanner {
  public:
-  /// What the planners do differently. `time_optimal` sets no bounds of friction: beyond those of its library the first
-  /// or the last lap holds.
+  /// What the planners do differently. `time_optimal` sets no largest friction: beyond that of its library the last lap
+  /// holds.
   struct Manner {
-    double least_mu = -std::numeric_limits<double>::infinity();  // that is planned for
-    double most_mu = std::numeric_limits<double>::infinity();
-    double reach = 0.4;         // see JoinPath
-    bool at_own_speed = false;  // see LapReferences
+    double most_mu = std::numeric_limits<double>::infinity();  // that is planned for
+    double reach = 0.4;                                        // see JoinPath
+    bool at_own_speed = false;                                 // see LapReferences
     AxleSharing sharing{};
     double full_slip_until_speed = 0, small_slip_from_speed = 0;  // see TyreUse [m/s]
   };
@@ -86,7 +86,7 @@ class LapPlanner : public SpeedPlanner {
   virtual void update(const CarBelief* learned, const Observation& now) = 0;
   /// May replace what is believed here, its friction's deviation included, by what is believed of the road ahead.
   virtual void see(const Observation& /*now*/, AxleTyres& /*tyres*/, double& /*spread*/) {}
-  /// Friction below the car over mu_plan().
+  /// Friction below the car over that which is planned for.
   virtual double grip_here() const { return 1.0; }
   /// Friction expected at a station of the base line over that believed below the car.
   virtual double grip_ahead(double /*station*/) const { return 1.0; }
@@ -99,8 +99,8 @@ class LapPlanner : public SpeedPlanner {
   const CarBelief& typical() const { return typical_; }
   /// Standard deviation of the believed friction over that friction.
   double relative_spread() const { return relative_spread_; }
-  /// Friction that is planned for.
-  double mu_plan() const { return mu_plan_; }
+  /// Friction that laps are solved for.
+  double mu_lap() const { return std::max(mu_plan_, k_.mu_lo); }
   PlanFollower& followed() { return line_; }
   /// Whether references lead the car to the line from elsewhere.
   bool joins() const { return join_.active() || recovery_.active(); }
@@ -124,7 +124,7 @@ class LapPlanner : public SpeedPlanner {
     tyres_.see(now.x);
     AxleTyres tyres = tyres_.tyres(belief, learned);
     const MagicFormula front = tyres.front;
-    double spread = tyres_.spread(belief);
+    double spread = total_sigma(belief, car_);
     if (belief.trusted) see(now, tyres, spread);
     relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
@@ -141,8 +141,7 @@ class LapPlanner : public SpeedPlanner {
 
   /// A fall of the friction counts at once, a rise at the rate `rise`.
   void approach(double target) {
-    const double allowed = std::min(std::max(target, manner_.least_mu), manner_.most_mu);
-    mu_plan_ = std::min(allowed, mu_plan_ + k_.rise * dt_);
+    mu_plan_ = std::min({std::max(target, least_friction), manner_.most_mu, mu_plan_ + k_.rise * dt_});
   }
 
   LapParams k_;
@@ -158,7 +157,7 @@ class LapPlanner : public SpeedPlanner {
   std::optional<Observation> before_;
   JoinPath join_;
   RecoveryPath recovery_;
-  double mu_plan_;
+  double mu_plan_;  // friction that is planned for
   PaceReserve reserve_;
   double relative_spread_ = 0;
   LapReferences references_;

@@ -22,7 +22,7 @@ ClosedLine compute_base(const PluginContext& context, double margin) {
   const Course& course = course_of(context);
   const Car& car = context.car;
   const double wheelbase = car.lf + car.lr;
-  std::vector<LinePoint> samples(static_cast<std::size_t>(std::ceil(6.0 * course.length() / wheelbase)));
+  std::vector<LinePoint> samples(sample_count(std::ceil(6.0 * course.length() / wheelbase)));
   LineOptions options;
   options.margin = std::max(0.0, margin - 0.4 * car.width);
   options.max_curvature = drivable_curvature(car);

@@ -1,11 +1,12 @@
 // The share of a planned speed that is driven.
 //
-//   pace' = 1 - r (1 - pace + pace_fall v),   r = kept + (1 - kept) min(1, fall(mu) / fall(friction))
+//   pace' = b (1 - r (1 - pace + pace_fall v)),   r = kept + (1 - kept) min(1, fall(mu) / fall(friction))
 //   fall(mu) = E[max(0, mu - M)] / mu,   M ~ N(friction, spread^2)
 //
 // What is kept back of a speed is for friction that falls at once, which shows only when the car has begun to run wide.
 // The longer a car needs to slow down to what it then can, the wider it runs meanwhile, and that time grows with speed.
-// The less friction is believed, the less is left to lose; until it is trusted, r is 1.
+// The less friction is believed, the less is left to lose; until it is trusted, r is 1. Laps are planned for mu_lo at
+// least: at less friction b = sqrt(mu / mu_lo) of them is driven, else b is 1.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/planning/planner_context.hpp"
 #include "planners/time_optimal/lap_parameters.hpp"
 
 namespace gripline::time_optimal {
@@ -25,9 +27,12 @@ class PaceReserve {
   PaceReserve(const LapParams& params, double top) : k_(params) { check(top); }
 
   /// What is planned for, and whether the belief behind it is trusted.
-  void set(double mu, bool trusted) { reserve_ = trusted ? at(mu) : 1.0; }
+  void set(double mu, bool trusted) {
+    reserve_ = trusted ? at(mu) : 1.0;
+    below_ = planning::speed_share(mu, k_.mu_lo);
+  }
   /// The share of a planned speed [m/s] that is driven.
-  double pace(double v) const { return with(reserve_, v); }
+  double pace(double v) const { return below_ * with(reserve_, v); }
 
  private:
   /// Mean of the fall from mu to a friction drawn from N(pace_friction, pace_spread^2), over mu; rises are none.
@@ -63,6 +68,7 @@ class PaceReserve {
 
   LapParams k_;
   double reserve_ = 1;
+  double below_ = 1;  // share of a lap's speed that is driven at less friction than it is planned for
 };
 
 }  // namespace gripline::time_optimal

@@ -56,14 +56,13 @@ class RecedingTime final : public LapPlanner {
   RecedingTime(const PluginContext& context, const Params& params)
       : LapPlanner(
             context, checked(params),
-            {.least_mu = params.mu_lo,
-             .most_mu = params.mu_hi,
+            {.most_mu = params.mu_hi,
              .reach = 1.0,
              .at_own_speed = true,
              .sharing = {.ratio = params.ellipse, .drive_front = params.drive_front, .brake_front = params.brake_front},
              .full_slip_until_speed = params.full_slip_until_speed,
              .small_slip_from_speed = params.small_slip_from_speed}),
-        laps_(setup(), {scaled_to(typical().tyres, mu_plan()), typical().resistance},
+        laps_(setup(), {scaled_to(typical().tyres, mu_lap()), typical().resistance},
               {.ahead = params.ahead, .nodes = params.nodes, .iterations = params.iterations, .follow = params.follow}),
         slip_bound_slow_car_(params.slip_bound_slow_car),
         from_car_state_(params.from_car_state) {
@@ -79,9 +78,10 @@ class RecedingTime final : public LapPlanner {
     constexpr double beyond = 1.4;
     laps_.set_slip_bound_slow_car(std::min(slip_bound_slow_car_, beyond * visited_slip()));
     const double station = followed().locate(now.x.x, now.x.y, now.x.yaw);
-    const bool astray = from_car_state_ && learned != nullptr && has_left_plan(now.x, station);
-    laps_.step({scaled_to(car.tyres, mu_plan()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,
-               plan_, astray ? &now.x : nullptr);
+    const bool may_begin_at_car = from_car_state_ && learned != nullptr;
+    if (may_begin_at_car) update_astray(now.x, station);
+    laps_.step({scaled_to(car.tyres, mu_lap()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,
+               plan_, may_begin_at_car && is_astray() ? &now.x : nullptr);
     if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
   }
 
@@ -123,11 +123,13 @@ class RecedingTime final : public LapPlanner {
   /// How long a learner may take to find a new friction [s]: some of the time in which a car at the limit of grip loses
   /// its typical speed, which is what slips large enough to tell take to build up.
   static double learner_doubts(const Car& car) { return 1.5 * car.v_ref / gravity; }
-  /// Whether the car is much faster than the plan beside it or runs wide of it, or did a moment ago. A plan that began
-  /// at the car is as fast as the car, beyond `pace`: until the car has slowed down to what is asked of it, only one
-  /// that is faster than that plan itself is too fast for it. A car that joins the line, recovers, drives slowly or
-  /// slides far off its heading is led by its own path.
-  bool has_left_plan(const State& x, double station) {
+  /// Whether the car has left its plan, now or a moment ago.
+  bool is_astray() const { return astray_for_ > 0; }
+  /// Once per control step: the car has left its plan where it is much faster than that beside it or runs wide of it. A
+  /// plan that began at the car is as fast as the car, beyond `pace`: until the car has slowed down to what is asked of
+  /// it, only one that is faster than that plan itself is too fast for it. A car that joins the line, recovers, drives
+  /// slowly or slides far off its heading is led by its own path.
+  void update_astray(const State& x, double station) {
     constexpr double fast = 1.05, faster_than_plan = 1.01;  // of the speed asked for, of the planned speed
     constexpr double wide = 0.4, slow = 0.8;                // of the car's width, of the speed asked for
     constexpr double least = 2.5;                           // speed over the car's least
@@ -144,7 +146,6 @@ class RecedingTime final : public LapPlanner {
       astray_for_ = 0;
     else
       astray_for_ = left ? lasts : astray_for_ - dt();
-    return astray_for_ > 0;
   }
 
   RecedingLaps laps_;

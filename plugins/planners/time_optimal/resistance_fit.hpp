@@ -3,10 +3,13 @@
 //   y = straight - (vx' - vy omega + Ff sin(delta) / m + g sin(grade)),   straight: the nominal model's vx' at no slip
 //   (rolling, drag) minimise  sum_i retain^(now - i) (y_i - rolling - drag v_i^2)^2 / noise^2 + prior
 //
+// with `retain` for the control step: the memory is 20 s whatever that is.
+//
 // A planner is told the learned tyres (TyreCurve) but not the rest of what its stack learned; this is the rest it
 // needs.
 #pragma once
 
+#include <cmath>
 #include <gripline/interfaces.hpp>
 
 #include "planners/time_optimal/lap_dynamics.hpp"
@@ -30,7 +33,7 @@ class ResistanceFit {
     const double change = (now.x.vx - before.x.vx) / dt;
     const double turn = vy * omega - front.force(slip) * std::sin(delta);
     const double expected = nominal.rates(straight, Input{now.d, 0.0}, Place{}).vx - gravity * std::sin(now.at.grade);
-    add(expected + turn - change, straight.vx);
+    add(expected + turn - change, straight.vx, std::pow(retain, dt / retain_time));
   }
 
   SpecificResistance value() const {
@@ -44,12 +47,13 @@ class ResistanceFit {
  private:
   static constexpr double noise = 1.0;             // of one step's y [m/s2]
   static constexpr double spread = 0.3 * gravity;  // of the prior, both parts [m/s2]
-  static constexpr double retain = 0.999;          // from step to step
+  static constexpr double retain = 0.999;          // of what was seen, after
+  static constexpr double retain_time = 0.02;      // [s]
 
-  void add(double y, double v) {
+  void add(double y, double v, double retained) {
     const double rest = y - prior_.at(v), u = v * v / v_ref2_;
     if (std::abs(rest) > 2.0 * gravity) return;  // not a resistance: a crash, a jump of the sensors
-    for (double* sum : {&a11_, &a12_, &a22_, &b1_, &b2_}) *sum *= retain;
+    for (double* sum : {&a11_, &a12_, &a22_, &b1_, &b2_}) *sum *= retained;
     a11_ += 1.0;
     a12_ += u;
     a22_ += u * u;

@@ -4,7 +4,7 @@
 //
 // What is planned for, and how a plan is driven: lap_planner.hpp. The library is computed offline on tyres of a generic
 // shape. Once a tyre curve is learned, its fit per axle (tyre_fit.hpp) replaces the generic one, and the resistance
-// that the nominal model lacks is learned too: members near mu_plan are solved anew (adaptive_laps.hpp), within plan()
+// that the nominal model lacks is learned too: members near mu_lap are solved anew (adaptive_laps.hpp), within plan()
 // of the step in which that is due. Such a step allocates and lasts as long as a solve of Ipopt: a simulated race
 // waits.
 #include <algorithm>
@@ -48,14 +48,14 @@ class TimeOptimal final : public LapPlanner {
                .latency = params.latency,
                .work_per_step = params.solver_rate * context.dt,
                .transition = std::max(1, params.latency)}) {
-    laps_.step(nullptr, mu_plan(), plan_);
+    laps_.step(nullptr, mu_lap(), plan_);
     followed().set(plan_);
   }
   double latency() const noexcept override { return laps_.longest_wait() * dt(); }
 
  protected:
   void update(const CarBelief* learned, const Observation& /*now*/) override {
-    laps_.step(learned, mu_plan(), plan_);
+    laps_.step(learned, mu_lap(), plan_);
     followed().set(plan_);
   }
 

@@ -39,10 +39,6 @@ AxleTyres TyreBelief::tyres(const Belief& belief, const TyreCurve* learned) cons
           fit_learned(*learned, Axle::rear, car_.m, rear_seen_.visited(), rear)};
 }
 
-double TyreBelief::spread(const Belief& belief) const {
-  return (belief.sigma_front * car_.lr + belief.sigma_rear * car_.lf) / (car_.lf + car_.lr);
-}
-
 double TyreBelief::visited_slip() const { return std::max(front_seen_.visited(), rear_seen_.visited()); }
 
 }  // namespace gripline::time_optimal

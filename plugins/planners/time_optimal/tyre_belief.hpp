@@ -17,8 +17,6 @@ class TyreBelief {
   void see(const State& x);
   /// `learned`: null where nothing is.
   AxleTyres tyres(const Belief& belief, const TyreCurve* learned) const;
-  /// Standard deviation of the whole car's friction.
-  double spread(const Belief& belief) const;
   /// Tyres with the shapes and the balance that the parameters state, at a friction of 1.
   const AxleTyres& generic() const { return generic_; }
   /// Slip that the front or the rear axle exceeded in one of 200 steps [rad].

@@ -390,6 +390,25 @@ TEST(CorrectedModel, RatesAreTheLimitOfAStep) {
   EXPECT_NEAR(rates.omega, (next.omega - x.omega) / 1e-6, 2e-2);
 }
 
+/// A command that is held acts as its static effects say, behind no lag.
+TEST(CorrectedModel, RatesSayWhatActsOfAHeldCommand) {
+  const State x = moving();
+  const Input u = {0.6, 1.0};
+  TestedModel plain("[]", Hold::zoh), lagging(R"([{"plugin": "steer_lag"}, {"plugin": "motor_lag"}])", Hold::zoh);
+  for (TestedModel* model : {&plain, &lagging}) {
+    const Prediction::Rates rates = (*model)->rates(x, u, sloped());
+    EXPECT_EQ(rates.d, u.d);
+    EXPECT_EQ(rates.delta, x.delta);
+  }
+  TestedModel mapped(R"([{"plugin": "throttle_dead_zone", "params": {"z": 0.2}},
+                         {"plugin": "steer_gain", "params": {"k": -0.1}},
+                         {"plugin": "steer_offset", "params": {"d0": 0.05}}])",
+                     Hold::zoh);
+  const Prediction::Rates rates = mapped->rates(x, u, sloped());
+  EXPECT_NEAR(rates.d, 0.5, 1e-15);
+  EXPECT_NEAR(rates.delta, 0.9 * x.delta + 0.05, 1e-15);
+}
+
 TEST(CorrectedModel, ParametersMayChangeBetweenSteps) {
   TestedModel model(R"([{"plugin": "friction_scale", "params": {"k": 0}}])", Hold::zoh);
   const std::vector<double> row = lively_row(*model, 4);

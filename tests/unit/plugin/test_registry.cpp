@@ -91,9 +91,9 @@ TEST(Registry, EveryParameterIsDeclaredWhole) {
 
 TEST(Registry, AnotherAbiIsRefusedBeforeItsCodeRuns) {
   EXPECT_EQ(reason("other_abi"),
-            "built for plugin ABI 7, this gripline has ABI 5; rebuild the plugin against the installed headers");
+            "built for plugin ABI 7, this gripline has ABI 6; rebuild the plugin against the installed headers");
   EXPECT_EQ(reason("stated_abi"),
-            "states plugin ABI 6, this gripline has ABI 5; rebuild the plugin against the installed headers");
+            "states plugin ABI 7, this gripline has ABI 6; rebuild the plugin against the installed headers");
   EXPECT_EQ(
       reason("other_layout"),
       "its types (built by another compiler) differ from this gripline's; rebuild the plugin against the installed "
@@ -101,7 +101,7 @@ TEST(Registry, AnotherAbiIsRefusedBeforeItsCodeRuns) {
 }
 
 TEST(Registry, WhatIsNoPluginSaysSo) {
-  EXPECT_EQ(reason("not_a_plugin"), "is not a gripline plugin: it has no symbol gripline_plugins_abi5");
+  EXPECT_EQ(reason("not_a_plugin"), "is not a gripline plugin: it has no symbol gripline_plugins_abi6");
   EXPECT_EQ(reason_of_file("just text\n"), "is not a shared library");
   EXPECT_EQ(reason_of_file(""), "is not a shared library");
   EXPECT_EQ(reason_of_file("\x7f"

@@ -172,6 +172,19 @@ TEST(Elm, ForgetsWhatLeftTheWindow) {
   }
 }
 
+TEST(Elm, PseudoInverseWithoutARidgeLearnsTyres) {
+  Nominal nominal("ekinematic");
+  const auto elm = make_estimator("elm", nominal, {{"solver", 1}, {"ridge", 0}, {"window", 200}});
+  learn(*elm, nominal, drive_bends(8, 3, fresh));
+  const TrueCar truth;
+  const std::vector<double> slips = {-0.15, -0.05, 0.05, 0.15};
+  for (const Axle axle : {Axle::front, Axle::rear}) {
+    const auto force = curve(*elm, axle, slips);
+    for (std::size_t i = 0; i < slips.size(); ++i)
+      EXPECT_NEAR(force[i], truth.force(axle, slips[i]), 0.015) << slips[i];
+  }
+}
+
 TEST(Elm, RecoversFromASuddenDrop) {
   Nominal nominal("ekinematic");
   const auto elm = make_estimator("elm", nominal);

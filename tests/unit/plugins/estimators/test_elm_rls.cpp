@@ -506,6 +506,31 @@ TEST(ElmRls, SurvivesSamplesThatNoTyreExplains) {
   EXPECT_NEAR(total_mu(rls->belief(), small_car()), TrueCar().mu(), 0.08);
 }
 
+TEST(ElmRls, SettlesInASecondAtAnyStep) {
+  Nominal nominal("ekinematic");
+  State x;
+  x.vx = 2.0;
+  for (const auto& [step, samples] : {std::pair(0.02, 50), {0.04, 25}}) {
+    const auto rls = make_estimator("elm_rls", nominal);
+    Sample k = make_sample(nominal.prediction(), 0, x, {}, x);
+    k.dt = step;
+    for (int i = 0; i < samples; ++i) {
+      EXPECT_FALSE(rls->belief().trusted) << step << ' ' << i;
+      rls->update(k);
+    }
+    EXPECT_TRUE(rls->belief().trusted) << step;
+  }
+}
+
+// Were what it learned discarded for being so much more, it would begin again for ever.
+TEST(ElmRls, LearnsAFrictionFarAboveTheOneItExpects) {
+  Nominal nominal("ekinematic");
+  const auto rls = make_estimator("elm_rls", nominal, {{"friction", 0.2}, {"friction_spread", 1.0}});
+  learn(*rls, nominal, drive_bends(20, 3, fresh));
+  EXPECT_TRUE(rls->belief().trusted);
+  EXPECT_NEAR(total_mu(rls->belief(), small_car()), TrueCar().mu(), 0.1);
+}
+
 // A state that is no number, as of a sensor that fails, is forgotten with all that came of it.
 TEST(ElmRls, LearnsAgainAfterASampleThatIsNoNumber) {
   Nominal nominal("ekinematic");

@@ -126,6 +126,28 @@ TEST(Gp, ExplainsTheResidualItLearnedFrom) {
   for (const double r2 : validate(nominal, *process, last).r2) EXPECT_GT(r2, 0.98);
 }
 
+/// A car that drives straight ahead shows what drive its nominal model lacks, also where it then steers by a hair.
+TEST(Gp, AnInputThatStoodStillMayMoveALittle) {
+  const TrueCar truth;
+  Nominal nominal("ekinematic", {{"Cm1", 0.2}});
+  const auto process = make_estimator("gp_own_mu", nominal, {{"window", 100}, {"tune_at", 50}});
+  Drive drive;
+  State x;
+  x.vx = 2.0;
+  drive.x.push_back(x);
+  for (int i = 0; i < 60; ++i) {
+    drive.u.push_back({0.35 + 0.3 * std::sin(0.4 * i), 0.0});
+    drive.x.push_back(truth.step(drive.x.back(), drive.u.back()));
+  }
+  learn(*process, nominal, drive);
+  CorrectedModel model = corrected(nominal, *process);
+  State aside;
+  aside.vx = 2.05;
+  aside.delta = 1e-4;
+  for (const double d : {0.1, 0.35, 0.6})
+    EXPECT_NEAR(model.rates(aside, {d, 0.0}, {}).vx, truth.rates(aside, d).vx, 0.15) << d;
+}
+
 TEST(Gp, OwnMuComesFromTheForcesItLearned) {
   Nominal nominal("ekinematic");
   const auto process = make_estimator("gp_own_mu", nominal);

@@ -8,6 +8,8 @@
 namespace gripline::elm_rls {
 namespace test_sudden_change {
 
+constexpr double dt = 0.02;  // [s]
+
 /// Samples until an alarm, at most `most`, with forces of both signs whose true scale is 1 + `change`.
 int samples_until_alarm(double alarm, double change, int most = 200) {
   std::mt19937_64 random(3);
@@ -16,7 +18,7 @@ int samples_until_alarm(double alarm, double change, int most = 200) {
   for (int i = 0; i < most; ++i) {
     const double force = i % 20 < 10 ? 6.0 : -6.0;
     const SuddenChange::Rate rates[] = {{change * force + normal(random), 1.0, force}, {normal(random), 1.0, 0.0}};
-    test.add(rates);
+    test.add(rates, dt);
     if (test.alarms()) return i;
   }
   return most;
@@ -32,8 +34,8 @@ TEST(SuddenChange, AlarmsSoonAfterForcesChangedInScaleAndNotUnderNoise) {
 TEST(SuddenChange, ScoreIsInStandardDeviations) {
   const SuddenChange::Rate rates[] = {{1.9, 4.0, 3.0}, {1.9, 4.0, 3.0}};  // e F / V over sqrt(F^2 / V): 0.95 each
   SuddenChange below(1.35), above(1.34);                                  // 0.95 sqrt(2) = 1.3435
-  below.add(rates);
-  above.add(rates);
+  below.add(rates, dt);
+  above.add(rates, dt);
   EXPECT_FALSE(below.alarms());
   EXPECT_TRUE(above.alarms());
 }
@@ -41,10 +43,26 @@ TEST(SuddenChange, ScoreIsInStandardDeviations) {
 TEST(SuddenChange, OldSamplesCountLess) {
   SuddenChange test(1.0);
   const SuddenChange::Rate surprising[] = {{3.0, 1.0, 1.0}}, expected[] = {{0.0, 1.0, 1.0}};
-  test.add(surprising);
+  test.add(surprising, dt);
   EXPECT_TRUE(test.alarms());
-  for (int i = 0; i < 20; ++i) test.add(expected);
+  for (int i = 0; i < 20; ++i) test.add(expected, dt);
   EXPECT_FALSE(test.alarms());
+}
+
+// A tenth is forgotten in 20 ms, whatever a step lasts: 9 fades to 1 in 0.42 s.
+TEST(SuddenChange, RemembersAsLongAtAnyStep) {
+  const auto samples_of_alarm = [](double step) {
+    SuddenChange test(1.0);
+    const SuddenChange::Rate surprising[] = {{3.0, 1.0, 1.0}}, silent[] = {{0.0, 1.0, 0.0}};
+    test.add(surprising, step);
+    int samples = 0;
+    for (; test.alarms(); ++samples) test.add(silent, step);
+    return samples;
+  };
+  EXPECT_EQ(samples_of_alarm(0.01), 42);
+  EXPECT_EQ(samples_of_alarm(0.02), 21);
+  EXPECT_EQ(samples_of_alarm(0.04), 11);
+  EXPECT_EQ(std::pow(0.9, dt / 0.02), 0.9);  // at 20 ms runs are what they were to the last bit
 }
 
 TEST(SuddenChange, TestsLargeSideForcesOnly) {
@@ -57,7 +75,7 @@ TEST(SuddenChange, IsRecentForHalfASecondAndBeginsANewScore) {
   SuddenChange test(1.0);
   EXPECT_FALSE(test.recent());
   const SuddenChange::Rate rates[] = {{3.0, 1.0, 1.0}};
-  test.add(rates);
+  test.add(rates, dt);
   test.begin_change();
   EXPECT_FALSE(test.alarms());
   test.pass(0.49);
@@ -70,7 +88,7 @@ TEST(SuddenChange, BreakEndsTheChangeAndKeepsTheScore) {
   SuddenChange test(1.0);
   test.begin_change();
   const SuddenChange::Rate rates[] = {{3.0, 1.0, 1.0}};
-  test.add(rates);
+  test.add(rates, dt);
   test.break_sequence();
   EXPECT_FALSE(test.recent());
   EXPECT_TRUE(test.alarms());
@@ -82,7 +100,7 @@ TEST(SuddenChange, BreakEndsTheChangeAndKeepsTheScore) {
 TEST(SuddenChange, ScoreThatIsNoNumberIsAnAlarmAndEndsWithIt) {
   SuddenChange test(4.5);
   const SuddenChange::Rate rates[] = {{std::nan(""), 1.0, 1.0}};
-  test.add(rates);
+  test.add(rates, dt);
   EXPECT_TRUE(test.alarms());
   test.begin_change();
   EXPECT_FALSE(test.alarms());

@@ -73,6 +73,10 @@ TEST_F(FixedSpeedTest, IsCarefulForAsLongAsItIsTold) {
   EXPECT_GT(speed_at(10.02), speed_at(10));
 }
 
+TEST_F(FixedSpeedTest, RefusesALineOfTooManyOrTooFewSamples) {
+  for (const double spacing : {1e-6, 10.0}) EXPECT_THROW(make("fixed_speed", 1.0, {{"spacing", spacing}}), PluginError);
+}
+
 TEST_F(FixedSpeedTest, NeedsACourseAndAModel) {
   const PluginEntry& entry = registry_.find(abi::Kind::planner, "fixed_speed");
   PluginContext context;

@@ -48,5 +48,27 @@ TEST_F(LapPlanTest, OnABridgeACarBeginsOnThePassThatItFollows) {
   }
 }
 
+// A part of the plan that moves, also one across the start of the base line, moves what lies behind it along the path.
+TEST_F(LapPlanTest, StationsOfTheSamplesAreTheWayAlongThem) {
+  PlanFollower follower(setup_);
+  LapPlan plan;
+  const std::size_t n = setup_.nodes().s.size();
+  plan.nodes.assign(n, {0.0, 0.0, 1.0, 0.0, 0.0});
+  follower.set(plan);
+  for (const auto& [first, count] : {std::pair(n / 3, std::size_t{6}), std::pair(n - 3, std::size_t{6})}) {
+    for (std::size_t k = 1; k + 1 < count; ++k) plan.nodes[(first + k) % n].n = k % 2 == 0 ? 0.05 : -0.05;
+    follower.set(plan, first, count);
+    double way = 0;
+    const std::span<const LinePoint> line = follower.samples();
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      if (i > 0) way += std::hypot(line[i].x - line[i - 1].x, line[i].y - line[i - 1].y);
+      ASSERT_NEAR(line[i].s, way, 1e-12) << i;
+    }
+    PlanFollower whole(setup_);
+    whole.set(plan);
+    EXPECT_EQ(whole.samples().back().s, line.back().s);
+  }
+}
+
 }  // namespace test_lap_plan
 }  // namespace gripline

@@ -70,6 +70,14 @@ TEST_F(LapSetupTest, AShareOfTheBrakesIsPlannedWith) {
   }
 }
 
+// Its line would have millions of samples.
+TEST_F(LapSetupTest, ACarFarTooSmallForTheRoadIsRefused) {
+  PluginContext context = context_;
+  context.car.lf = context.car.lr = 1e-5;
+  EXPECT_THROW(LapSetup(context, {.margin = 0.0, .spacing = 0.1, .use = {.slip_bound = 0.7}}, {tyres(0.8), {}}),
+               std::invalid_argument);
+}
+
 // An axle of another shape, or of another friction than the other one's, turns other corners at other speeds.
 TEST_F(LapSetupTest, TyresOfAnotherShapeHaveTheirOwnTables) {
   const planning::CornerLimits typical(car_, tyres(0.8), limits_.top_speed());

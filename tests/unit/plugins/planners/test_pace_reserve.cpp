@@ -37,6 +37,19 @@ TEST(PaceReserve, IsWholeUntilTheBeliefIsTrustedAndAtTheFrictionThatIsExpected) 
   }
 }
 
+// Laps are planned for the least friction that is expected.
+TEST(PaceReserve, LessFrictionThanIsPlannedForIsDrivenMoreSlowly) {
+  PaceReserve reserve(params(), top);
+  for (const bool trusted : {false, true}) {
+    reserve.set(0.2, trusted);
+    const double at_least = reserve.pace(40);
+    reserve.set(0.05, trusted);
+    EXPECT_NEAR(reserve.pace(40), 0.5 * at_least, 1e-12);
+    reserve.set(-0.3, trusted);  // many deviations below what is believed
+    EXPECT_NEAR(reserve.pace(40), std::sqrt(0.01 / 0.2) * at_least, 1e-12);
+  }
+}
+
 // Friction falls from mu to a normally distributed one; its mean fall by a sum over that distribution.
 TEST(PaceReserve, ShrinksWithTheMeanFallThatFrictionCanTake) {
   const LapParams p = params();

@@ -100,6 +100,13 @@ TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
   EXPECT_GT(room_, 0.3 * car_.width);
 }
 
+/// Laps are solved for `mu_lo` at least. Friction below that is driven at the root of its share.
+TEST_F(RecedingTimeTest, DrivesMoreSlowlyBelowTheLeastFrictionThatItExpects) {
+  const Changes least{{"mu_lo", 0.6}};
+  const std::vector<double> expected = asked(0.6, least), below = asked(0.3, least);
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(below[i], std::sqrt(0.5) * expected[i], 1e-9) << i;
+}
+
 /// `pace` less `pace_fall` times the planned speed is the share of it that is driven.
 TEST_F(RecedingTimeTest, KeepsBackMoreOfALargerSpeed) {
   const double pace = 0.98, fall = 0.05;  // [1, s/m]

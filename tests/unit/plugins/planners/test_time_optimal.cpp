@@ -334,6 +334,18 @@ TEST_F(TimeOptimalTest, LessFrictionIsAnotherLineAndSlower) {
   EXPECT_GT(moved, 0.01);
 }
 
+TEST_F(TimeOptimalTest, DrivesMoreSlowlyBelowTheLeastFrictionOfItsLibrary) {
+  const auto planner = make(mobil_, coarse({{"factor", 1.0}, {"start", 0.6}}));
+  std::vector<RefPoint> horizon(2);
+  const Observation here = at_line(*planner, 100);
+  const auto speed = [&](double mu) {
+    planner->plan(here, believe(mu), nullptr, horizon);
+    return horizon[0].v / std::cos(horizon[0].beta);
+  };
+  const double least = speed(0.6);
+  EXPECT_NEAR(speed(0.15), 0.5 * least, 1e-9);
+}
+
 TEST_F(TimeOptimalTest, ExploresFromTheSafeSide) {
   // Speed of the reference at one place: how fast the planned friction is.
   const auto planner = make(mobil_, coarse({{"factor", 1.0}, {"start", 0.6}, {"rise", 0.1}}));

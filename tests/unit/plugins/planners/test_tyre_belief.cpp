@@ -33,13 +33,6 @@ TEST_F(TyreBeliefTest, WithoutALearnedCurveShapesAreTheParameters) {
   EXPECT_DOUBLE_EQ(mu_of(tyres_.generic()), 1.0);
 }
 
-TEST_F(TyreBeliefTest, TheCarsSpreadIsThatOfItsAxlesByTheirLoads) {
-  Belief belief;
-  belief.sigma_front = 0.1;
-  belief.sigma_rear = 0.3;
-  EXPECT_DOUBLE_EQ(tyres_.spread(belief), (0.1 * car_.lr + 0.3 * car_.lf) / (car_.lf + car_.lr));
-}
-
 TEST_F(TyreBeliefTest, ASlipIsVisitedOnceOneStepInTwoHundredHadMore) {
   State straight, slide;
   straight.vx = slide.vx = 1.0;

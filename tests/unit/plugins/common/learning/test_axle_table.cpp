@@ -45,6 +45,21 @@ TEST(TabulatedLayer, ReadsWhatTheTableOfACurveSays) {
   }
 }
 
+// Of a car that steers by more than the table reaches, sliding sideways. A solver that followed another slope than the
+// force's would not converge.
+TEST(AxleTable, BeyondItsLastKnotTheCurveIsLevel) {
+  AxleTable curve;
+  for (std::ptrdiff_t i = 0; i < table_knots; ++i) {
+    curve.values()[static_cast<std::size_t>(i)] = 3.0 * table_slip(i);
+    curve.slopes()[static_cast<std::size_t>(i)] = 3.0;
+  }
+  for (const double side : {-1.0, 1.0}) {
+    EXPECT_NEAR(curve.at(side * 1.999).slope, 3.0, 1e-9);
+    EXPECT_EQ(curve.at(side * 2.001).slope, 0.0);
+    EXPECT_NEAR(curve.at(side * 2.1).force, side * 6.0, 1e-12);
+  }
+}
+
 TEST(AxleTable, ForceAtASlipThatIsNoNumberIsNone) {
   AxleTable curve;
   for (std::ptrdiff_t i = 0; i < table_knots; ++i) curve.values()[static_cast<std::size_t>(i)] = table_slip(i);

@@ -9,14 +9,15 @@ namespace test_straight_drive {
 
 using namespace rig;
 
-bool has_tyres(CorrectedModel& nominal) {
+learning::StraightDrive straight_drive(CorrectedModel& nominal) {
   PluginContext context;
   context.car = small_car();
   context.dt = dt;
   context.hold = Hold::zoh;
   context.nominal = &nominal;
-  return learning::StraightDrive(context).model_has_tyres();
+  return learning::StraightDrive(context);
 }
+bool has_tyres(CorrectedModel& nominal) { return straight_drive(nominal).model_has_tyres(); }
 
 TEST(StraightDrive, TyresAreSeenByWhatTheyDo) {
   Nominal dynamic("dynamic"), ekinematic("ekinematic"), kinematic("kinematic");
@@ -28,20 +29,36 @@ TEST(StraightDrive, TyresAreSeenByWhatTheyDo) {
 // Its side speed fades by itself. Were that taken for a tyre, a correction would take off forces that no model
 // computed.
 TEST(StraightDrive, AYawResponseIsNoTyre) {
-  const PluginEntry& entry = registry().find(abi::Kind::effect, "yaw_response");
-  const auto values = values_of(entry, {});
-  const Instance<Effect> effect = create<Effect>(entry, PluginContext{}, values);
-  std::vector<double> params;
-  for (const auto& value : values) params.push_back(value.number);
+  const OneEffect effect("yaw_response", {});
   const Nominal nominal("ekinematic");
   StagedCar car = nominal.car();
-  car.add(*effect, params, "yaw_response");
+  effect.add_to(car);
   CorrectedModel model(std::move(car), Nominal::options("rk4"));
   State sliding;
   sliding.vx = 2.0;
   sliding.vy = 0.2;
   ASSERT_LT(model.rates(sliding, {}, {}).vy, -0.1);
   EXPECT_FALSE(has_tyres(model));
+}
+
+// Samples say which throttle acts. A model that took it for a command would make a dead zone of it again, and steer by
+// its offset.
+TEST(StraightDrive, IsWhereTheThrottleActsAndTheWheelsPointStraightAhead) {
+  const OneEffect dead_zone("throttle_dead_zone", {{"z", 0.2}}), curve("throttle_curve", {{"p", 1.5}});
+  const OneEffect gain("steer_gain", {{"k", 0.3}}), offset("steer_offset", {{"d0", 0.05}});
+  for (const char* const id : {"dynamic", "ekinematic"}) {
+    Nominal nominal(id);
+    StagedCar car = nominal.car();
+    for (const OneEffect* effect : {&dead_zone, &curve, &gain, &offset}) effect->add_to(car);
+    CorrectedModel mapped(std::move(car), Nominal::options("rk4"));
+    const learning::StraightDrive plain = straight_drive(nominal.prediction()), behind = straight_drive(mapped);
+    for (const double d : {-0.1, -0.03, 0.0, 0.1, 0.5, 0.97}) {
+      const auto expected = plain.at(2.0, d, {}), found = behind.at(2.0, d, {});
+      EXPECT_NEAR(found.drive_force, expected.drive_force, 1e-12) << id << ' ' << d;
+      EXPECT_NEAR(found.forward, expected.forward, 1e-10) << id << ' ' << d;
+      EXPECT_NEAR(found.side, 0.0, 1e-10) << id << ' ' << d;
+    }
+  }
 }
 
 }  // namespace test_straight_drive

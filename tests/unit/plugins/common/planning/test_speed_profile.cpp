@@ -254,8 +254,17 @@ TEST_F(ProfileTest, LibraryInterpolatesAndIsNotOneProfileTimesARoot) {
   const double half = library.speed(library.select(0.55), place);
   EXPECT_NEAR(half, 0.5 * (library.speed(library.select(0.5), place) + library.speed(library.select(0.6), place)),
               1e-12);
-  EXPECT_DOUBLE_EQ(library.speed(library.select(0.1), place), library.speed(library.select(0.5), place));
   EXPECT_DOUBLE_EQ(library.speed(library.select(2.0), place), library.speed(library.select(1.0), place));
+}
+
+// Were the least friction of the grid planned for, a car on ice would be driven off the road.
+TEST_F(ProfileTest, LibraryIsDrivenMoreSlowlyBelowItsLeastFriction) {
+  const ProfileLibrary library(line_, car_, limits_, {}, std::vector<double>{0.4, 0.8});
+  const Bracket place = line_.bracket(1.234);
+  const double least = library.speed(library.select(0.4), place);
+  EXPECT_NEAR(library.speed(library.select(0.1), place), 0.5 * least, 1e-12);
+  EXPECT_NEAR(library.speed(library.select(0.3999), place), least, 1e-3 * least);
+  EXPECT_NEAR(library.speed(library.select(-1.0), place), std::sqrt(0.01 / 0.4) * least, 1e-12);
 }
 
 TEST_F(ProfileTest, SlopeCostsSpeedUphill) {
