@@ -69,7 +69,7 @@ class SweepRig : public testing::Test {
     };
   }
   std::optional<Batch> missing(const std::string& name, std::size_t chunk) const {
-    const KeyFile keys(out(name));
+    const KeyFile keys(out(name), read_manifest(out(name)));
     const Store store(out(name));
     std::vector<std::uint64_t> left;
     for (std::size_t i = 0; i < keys.size(); ++i)

@@ -27,6 +27,7 @@
 #include "sweep/store.hpp"
 #include "sweep/task.hpp"
 #include "util/disk.hpp"
+#include "util/machine.hpp"
 #include "util/numbers.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
@@ -55,19 +56,16 @@ fs::path scratch_root(const SweepWork& work) {
   return fs::absolute(work.scratch.empty() ? work.out / "work" : work.scratch);
 }
 
-std::string own_folder() {
-  char host[256] = "";
-  gethostname(host, sizeof host - 1);
-  return std::string("gripline.") + host + "." + std::to_string(getpid());
-}
+/// A folder of this process's own.
+std::string own_folder() { return "gripline." + this_machine() + "." + std::to_string(getpid()); }
 
 struct Counts {
   std::size_t runs = 0, finished = 0, broken = 0;
   std::size_t missing() const { return runs - finished - broken; }
 };
 
-Counts count_records(const fs::path& out) {
-  const sweep::KeyFile keys(out);
+Counts count_records(const fs::path& out, const sweep::Sweep& sweep) {
+  const sweep::KeyFile keys(out, sweep);
   const sweep::Store store(out);
   Counts counts;
   counts.runs = keys.size();
@@ -121,13 +119,13 @@ void end_leftovers(const SweepWork& work) {
 }
 
 /// Puts the numbers of runs without a record into a batch; none when there is nothing to do.
-std::optional<sweep::Batch> batch_of_missing(const SweepWork& work, const Counts& counts) {
+std::optional<sweep::Batch> batch_of_missing(const SweepWork& work, const sweep::Sweep& sweep, const Counts& counts) {
   const std::size_t left = counts.missing() + (work.resume ? counts.broken : 0);
   if (left == 0) return std::nullopt;
   const std::size_t own = work.engine == "slurm"
                               ? 50
                               : std::clamp<std::size_t>(left / (16 * static_cast<std::size_t>(jobs_of(work))), 1, 50);
-  const sweep::KeyFile keys(work.out);
+  const sweep::KeyFile keys(work.out, sweep);
   const sweep::Store store(work.out);
   std::uint64_t at = 0;
   const auto next = [&](std::uint64_t& run) {
@@ -181,7 +179,7 @@ int run_local(const SweepWork& work, const sweep::Sweep& sweep, const Registry& 
   return engine.interrupted() ? try_again : good;
 }
 
-int run_slurm(const SweepWork& work, const sweep::Batch& batch) {
+int run_slurm(const SweepWork& work, const sweep::Sweep& sweep, const sweep::Batch& batch) {
   sweep::SlurmEngine engine = slurm_of(work);
   sweep::Submission submission;
   engine.submit(batch, submission, [&] { write_submission(batch, submission); });
@@ -194,10 +192,10 @@ int run_slurm(const SweepWork& work, const sweep::Batch& batch) {
   }
   const StopSignal stop(StopSignal::Reaction::note);
   Progress progress(std::cerr, "slurm", batch.runs);
-  const std::size_t before = count_records(batch.out).missing();
+  const std::size_t before = count_records(batch.out, sweep).missing();
   for (sweep::EngineState state = engine.status(submission); state.active() && !StopSignal::seen();
        state = engine.status(submission)) {
-    progress.advance(before - std::min(before, count_records(batch.out).missing()), state.message);
+    progress.advance(before - std::min(before, count_records(batch.out, sweep).missing()), state.message);
     for (int i = 0; i < 10 && !StopSignal::seen(); ++i) usleep(100'000);
   }
   if (StopSignal::seen()) {
@@ -209,18 +207,18 @@ int run_slurm(const SweepWork& work, const sweep::Batch& batch) {
 }
 
 int do_missing(const SweepWork& work, const sweep::Sweep& sweep, const Registry& registry) {
-  const Counts counts = count_records(work.out);
+  const Counts counts = count_records(work.out, sweep);
   if (counts.finished + counts.broken > 0)
     std::cout << counts.finished + counts.broken << " of " << counts.runs << " runs were already there.\n";
-  const std::optional<sweep::Batch> batch = batch_of_missing(work, counts);
+  const std::optional<sweep::Batch> batch = batch_of_missing(work, sweep, counts);
   std::cout << std::flush;
   if (batch && work.engine == "slurm") {
     end_leftovers(work);
-    const int code = run_slurm(work, *batch);
+    const int code = run_slurm(work, sweep, *batch);
     if (code != good || !work.wait) return code;
   } else if (batch) {
     const int code = run_local(work, sweep, registry, *batch);
-    if (code != good && count_records(work.out).finished == 0) return code;
+    if (code != good && count_records(work.out, sweep).finished == 0) return code;
   }
   return merge_and_tell(work.out, sweep);
 }
@@ -273,7 +271,7 @@ int plan_sweep(const sweep::Request& request, const SweepWork& work) {
   const Clock::time_point begin = Clock::now();
   write_manifest(folder.path() / "plan", sweep, registry);
   const double planning = std::chrono::duration<double>(Clock::now() - begin).count();
-  const sweep::KeyFile keys(folder.path() / "plan");
+  const sweep::KeyFile keys(folder.path() / "plan", sweep);
   const sweep::Store store(work.out);
   std::size_t there = 0;
   for (std::size_t i = 0; i < keys.size(); ++i) there += store.has(keys.key(i), true) ? 1 : 0;
@@ -336,7 +334,7 @@ int sweep_merge(const fs::path& given) {
 int sweep_status(const fs::path& given) {
   const fs::path out = fs::absolute(given).lexically_normal();
   const sweep::Sweep sweep = sweep::read_manifest(out);
-  const Counts counts = count_records(out);
+  const Counts counts = count_records(out, sweep);
   std::cout << sweep.name << ": " << counts.runs << " runs, " << counts.finished << " finished, " << counts.broken
             << " broke, " << counts.missing() << " missing\n";
   SweepWork work;
@@ -361,7 +359,7 @@ int sweep_status(const fs::path& given) {
 
 int sweep_cancel(const fs::path& given) {
   const fs::path out = fs::absolute(given).lexically_normal();
-  (void)sweep::read_manifest(out);
+  const sweep::Sweep sweep = sweep::read_manifest(out);
   SweepWork work;
   work.out = out;
   sweep::SlurmEngine slurm = slurm_of(work);
@@ -379,7 +377,7 @@ int sweep_cancel(const fs::path& given) {
       const OutLock lock(out);
       sweep::Store(out).remove_partial();
       disk().remove_all(out / "work");
-      const Counts counts = count_records(out);
+      const Counts counts = count_records(out, sweep);
       std::cout << "cancelled: " << counts.finished << " of " << counts.runs << " runs are finished and kept\n";
       return good;
     } catch (const InputError&) {

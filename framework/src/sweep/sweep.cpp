@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <functional>
+#include <fstream>
 #include <set>
 #include <stdexcept>
 
@@ -19,8 +19,8 @@
 #include "experiment/experiment.hpp"
 #include "sweep/keys.hpp"
 #include "sweep/kinds.hpp"
-#include "util/csv_writer.hpp"
 #include "util/made_folders.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::sweep {
 namespace fs = std::filesystem;
@@ -217,31 +217,46 @@ Node manifest_node(const Sweep& sweep) {
   node.set("version", Node(sweep.version));
   node.set("program", Node(sweep.program));
   node.set("libraries", libraries_node(sweep.libraries));
+  node.set("keys_sha256", Node(sweep.keys_sha256));
   return node;
 }
 
-/// Keys of all runs into a file aside, then in its place; no more than one line is held.
-void write_keys(const fs::path& out, Keys& keys, const Sweep& sweep) {
-  fs::path aside = out / (std::string(keys_name) + ".partial");
-  std::size_t next = 0;
+/// Keys of all runs; no more than a few lines are held. Gives the file's SHA-256.
+std::string write_keys(const fs::path& out, Keys& keys, const Sweep& sweep) {
+  constexpr std::size_t together = 256;
+  WholeFile file(out / keys_name);
+  Sha256 hash;
   const std::size_t count = sweep.size();
-  {
-    CsvWriter file(aside, keys.key(sweep.at(next++)));
-    while (next < count) {
-      constexpr std::size_t together = 256;
-      std::string block;
-      for (const std::size_t end = std::min(count, next + together); next < end; ++next) {
-        if (!block.empty()) block += '\n';
-        block += keys.key(sweep.at(next));
-      }
-      file << std::string_view(block);
-      file.end_row();
-    }
-    file.finish();
+  for (std::size_t next = 0; next < count;) {
+    std::string block;
+    for (const std::size_t end = std::min(count, next + together); next < end; ++next)
+      block += keys.key(sweep.at(next)) + "\n";
+    hash.add(block);
+    file.write(block);
   }
+  file.finish();
+  return hash.hex();
+}
+
+/// Whether a sweep was being planned into a folder without a manifest: that is written after the keys.
+bool is_half_planned(const fs::path& out) {
   std::error_code failed;
-  fs::rename(aside, out / keys_name, failed);
-  if (failed) throw std::runtime_error("cannot write " + (out / keys_name).string() + ": " + failed.message());
+  if (fs::exists(out / (std::string(keys_name) + ".partial"), failed)) return true;
+  std::ifstream in(out / keys_name, std::ios::binary);
+  std::string line;
+  std::getline(in, line);
+  return line.size() == key_line - 1 && line.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+std::string hash_of_open_file(int handle) {
+  Sha256 hash;
+  std::string block(std::size_t{1} << 16U, '\0');
+  for (off_t place = 0;;) {
+    const ssize_t got = pread(handle, block.data(), block.size(), place);
+    if (got <= 0) return hash.hex();  // what cannot be read is not the file that was written
+    hash.add({block.data(), static_cast<std::size_t>(got)});
+    place += got;
+  }
 }
 
 /// What a sweep is called in what it prints: its experiments, or of many the first and how many more there are.
@@ -314,7 +329,7 @@ void require_sweep_folder(const fs::path& out) {
     throw InputError(out.string() + " is a file; --out names a folder");
   bool others = false;
   for (const auto& entry : fs::directory_iterator(out, failed)) others |= entry.path().filename() != ".lock";
-  if (others && !holds_sweep(out) && !fs::exists(out / (std::string(keys_name) + ".partial"), failed))
+  if (others && !holds_sweep(out) && !is_half_planned(out))
     throw InputError(out.string() + " already holds something that is no sweep; choose another --out");
   make_folders(out, failed);
   if (failed) throw InputError("cannot make " + out.string() + ": " + failed.message());
@@ -325,7 +340,7 @@ void write_manifest(const fs::path& out, const Sweep& planned, const Registry& r
   fs::create_directories(out, failed);
   Sweep sweep = planned;
   Keys keys(sweep, registry);
-  write_keys(out, keys, sweep);
+  sweep.keys_sha256 = write_keys(out, keys, sweep);
   sweep.libraries = keys.libraries();
   write_file(out / manifest_name, to_json_text(manifest_node(sweep)));
 }
@@ -353,6 +368,7 @@ Sweep read_manifest(const fs::path& out) {
     sweep.version = node.at("version").text();
     sweep.program = node.at("program").text();
     sweep.libraries = libraries_from(node.at("libraries"));
+    if (const Node* const hash = node.find("keys_sha256"); hash != nullptr) sweep.keys_sha256 = hash->text();
     number_runs(sweep);
     return sweep;
   } catch (const InputError&) {
@@ -362,20 +378,25 @@ Sweep read_manifest(const fs::path& out) {
   }
 }
 
-KeyFile::KeyFile(const fs::path& out) : file_(out / keys_name), handle_(open(file_.c_str(), O_RDONLY | O_CLOEXEC)) {
-  if (handle_ < 0) throw InputError(file_.string() + ": " + std::strerror(errno) + "; plan the sweep again");
-  const off_t bytes = lseek(handle_, 0, SEEK_END);
+KeyFile::KeyFile(const fs::path& out, const Sweep& sweep)
+    : file_(out / keys_name), in_(open(file_.c_str(), O_RDONLY | O_CLOEXEC)) {
+  if (in_.handle < 0) throw InputError(file_.string() + ": " + std::strerror(errno) + "; plan the sweep again");
+  const off_t bytes = lseek(in_.handle, 0, SEEK_END);
   size_ = bytes > 0 ? static_cast<std::size_t>(bytes) / key_line : 0;
+  const bool known = !sweep.keys_sha256.empty();  // folders of older versions have no hash
+  if (size_ != sweep.size() || (known && hash_of_open_file(in_.handle) != sweep.keys_sha256))
+    throw InputError(file_.string() + " has other keys than " + manifest_name +
+                     " was written with; plan the sweep again");
 }
 
-KeyFile::~KeyFile() {
-  if (handle_ >= 0) close(handle_);
+KeyFile::OpenFile::~OpenFile() {
+  if (handle >= 0) close(handle);
 }
 
 std::string KeyFile::key(std::size_t index) const {
   std::string text(key_line - 1, '\0');
   const auto place = static_cast<off_t>(index * key_line);
-  if (pread(handle_, text.data(), text.size(), place) != static_cast<ssize_t>(text.size()))
+  if (pread(in_.handle, text.data(), text.size(), place) != static_cast<ssize_t>(text.size()))
     throw InputError(file_.string() + " is shorter than its sweep; plan it again");
   return text;
 }

@@ -17,7 +17,7 @@ Worker::Worker(const Sweep& sweep, const Registry& registry, fs::path out, fs::p
       out_(std::move(out)),
       scratch_(std::move(scratch)),
       keys_(sweep, registry),
-      planned_(out_),
+      planned_(out_, sweep),
       store_(out_),
       runner_([this](const RunAt& run, const std::string& key, bool& interrupted) {
         return race(run, key, interrupted);

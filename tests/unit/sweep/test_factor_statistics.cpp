@@ -58,7 +58,7 @@ class Repeats : public SweepRig {
     request_.only = {"slow"};
     request_.seeds = parse_seeds("1..10");
     const Sweep sweep = planned();
-    const KeyFile keys(out());
+    const KeyFile keys(out(), sweep);
     for (std::size_t i = 0; i < sweep.size(); ++i) {
       const RunAt run = sweep.at(i);
       Record record;
