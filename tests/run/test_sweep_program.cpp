@@ -171,6 +171,27 @@ TEST_F(SweepProgram, RunsThatBreakAreInTheTableAndAreRepeatedByResume) {
   EXPECT_EQ(gripline_with({"sweep", "status", out("out")}).code, 4);
 }
 
+/// The words are those by which a run that was killed or that the disk refused is told.
+TEST_F(SweepProgram, RunsOfPluginsThatSpeakOfAKillAreRecorded) {
+  for (const std::string mode : {"speaks_of_a_kill", "speaks_of_the_disk"}) {
+    const Outcome outcome = gripline_with(
+        {"sweep", "experiments/good.json", "--only", "told", "--seeds", "1", "--out", out(mode), "--plugins",
+         fixture_plugins("hostile"), "--set",
+         R"(/stacks/told/controller={"plugin": "hostile.controller", "params": {"mode": ")" + mode + R"("}})"});
+    EXPECT_EQ(outcome.code, 4) << outcome.err;
+    EXPECT_THAT(lines(out(mode) + "/missing.csv").back(), HasSubstr(",plugin_error,hostile.controller at t = "));
+  }
+}
+
+TEST_F(SweepProgram, ARunThatIsKilledIsMissingWithItsReason) {
+  const Outcome outcome = gripline_with(
+      {"sweep", "experiments/good.json", "--only", "told", "--seeds", "1", "--out", out("out"), "--plugins",
+       fixture_plugins("hostile"), "--set",
+       R"(/stacks/told/controller={"plugin": "hostile.controller", "params": {"mode": "kills_itself"}})"});
+  EXPECT_EQ(outcome.code, 75) << outcome.err;
+  EXPECT_THAT(lines(out("out") + "/missing.csv").back(), HasSubstr(",missing,its process was ended by signal 9"));
+}
+
 TEST_F(SweepProgram, TakesEveryKindOfExperimentAndSeveralFilesAtOnce) {
   write_text(folder_ / "offline.json", R"({"kind": "offline_validation",
     "train": {"world": ")" + (fixture_dir() / "worlds/short.json").string() +

@@ -152,11 +152,12 @@ MergeOutcome merge_records(const fs::path& out, const Sweep& sweep, Table& table
   };
   for (std::size_t i = 0; i < outcome.runs; ++i) {
     const RunAt run = sweep.at(i);
-    const std::optional<Record> record = store.read(keys.key(i));
+    const std::string key = keys.key(i);
+    const std::optional<Record> record = store.read(key);
     if (progress) progress(i, outcome.runs);
     if (!record) {
       ++outcome.missing;
-      note_missing(run, "missing", "");
+      note_missing(run, "missing", store.why_missing(key));
       continue;
     }
     if (record->broken()) {

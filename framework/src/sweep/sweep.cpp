@@ -38,28 +38,23 @@ std::vector<std::string> texts_of(const Node& node) {
 }
 
 /// Seeds of an experiment's tree as it stands.
-std::vector<std::uint64_t> own_seeds(const Node& tree, const TreeForm& form) {
-  if (form.seeds == nullptr) return {1};
-  const Node* const node = tree.find(form.seeds);
+std::vector<std::uint64_t> own_seeds(const Node& tree, const SweptKind& kind) {
+  const Node* const node = kind.seeds != nullptr ? tree.find(kind.seeds) : nullptr;
+  if (node == nullptr || node->is_null()) return {1};
   Errors errors;
-  std::int64_t first = 1, count = 1;
-  if (node != nullptr && std::string_view(form.seeds) == "seed") first = read_integer(*node, {0, largest_seed}, errors);
-  if (node != nullptr && std::string_view(form.seeds) == "seeds") {
-    ObjectReader seeds(*node, errors);
-    first = seeds.integer("first", {0, largest_seed}, 1);
-    count = seeds.integer("count", {1, 100'000}, 1);
-    seeds.finish();
-  }
+  std::vector<std::uint64_t> seeds;
+  if (std::string_view(kind.seeds) == "seeds")
+    seeds = read_seeds(*node, errors);
+  else
+    seeds = {static_cast<std::uint64_t>(read_integer(*node, {0, largest_seed}, errors))};
   errors.throw_if_any();
-  std::vector<std::uint64_t> all;
-  for (std::int64_t i = 0; i < count; ++i) all.push_back(static_cast<std::uint64_t>(first + i));
-  return all;
+  return seeds;
 }
 
-std::vector<std::string> all_rows(const Node& tree, const TreeForm& form) {
-  if (form.rows == nullptr) return {""};
+std::vector<std::string> all_rows(const Node& tree, const SweptKind& kind) {
+  if (kind.rows == nullptr) return {""};
   std::vector<std::string> names;
-  const Node* const rows = tree.find(form.rows);
+  const Node* const rows = tree.find(kind.rows);
   if (rows != nullptr && rows->is_object())
     for (const Member& member : rows->object())
       if (member.key != "note" && !member.value.is_null()) names.push_back(member.key);
@@ -85,8 +80,9 @@ void try_reading(const Part& part, const std::vector<std::string>& assignments, 
                  const Registry& registry) {
   const auto read = [&](std::span<const std::string> some) {
     Node tree = load_experiment(part.file, some);
-    if (!seeds_text.empty() && form_of(tree).seeds != nullptr) require_drawn_seeds_fit(tree, seeds_text);
-    check_experiment(part.file, std::move(tree), registry);
+    const SweptKind& kind = kind_of(tree);
+    if (!seeds_text.empty() && kind.seeds != nullptr) require_drawn_seeds_fit(tree, seeds_text);
+    kind.check(part.file, std::move(tree), registry);
   };
   try {
     read(assignments);
@@ -139,16 +135,16 @@ void read_parts(const Request& request, Sweep& sweep) {
     for (std::size_t f = 0; f < first.size(); ++f)
       assignments.push_back(request.design.factors()[f].pointer + "=" + first[f]);
     const Node tree = load_experiment(file, assignments);
-    const TreeForm& form = form_of(tree);
-    part.kind = form.kind;
-    const std::vector<std::string> rows = all_rows(tree, form);
+    const SweptKind& kind = kind_of(tree);
+    part.kind = kind.name;
+    const std::vector<std::string> rows = all_rows(tree, kind);
     known.insert(known.end(), rows.begin(), rows.end());
     part.rows = chosen_rows(rows, request.only);
-    if (request.seeds && form.seeds == nullptr)
-      throw InputError("--seeds: " + shown(file) + " is an experiment of kind \"" + form.kind +
+    if (request.seeds && kind.seeds == nullptr)
+      throw InputError("--seeds: " + shown(file) + " is an experiment of kind \"" + kind.name +
                        "\", which draws nothing");
-    part.seeds = request.seeds ? *request.seeds : own_seeds(tree, form);
-    if (!request.seeds_from.empty() && form.seeds != nullptr)
+    part.seeds = request.seeds ? *request.seeds : own_seeds(tree, kind);
+    if (!request.seeds_from.empty() && kind.seeds != nullptr)
       part.seeds = seeds_from(request.seeds_from, part.seeds.size());
     sweep.parts.push_back(std::move(part));
   }

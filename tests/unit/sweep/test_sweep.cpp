@@ -82,6 +82,16 @@ TEST_F(Planning, AFolderInWhichThePlanWasKilledIsPlannedAgain) {
   EXPECT_THAT(refusal([&] { require_sweep_folder(out()); }), HasSubstr("already holds something that is no sweep"));
 }
 
+/// Seeds of the experiment are read as a race reads them.
+TEST_F(Planning, TakesTheExperimentsOwnSeeds) {
+  request_.assignments = {R"(/seeds={"first": 5, "count": 2})"};
+  EXPECT_EQ(planned().parts.front().seeds, (std::vector<std::uint64_t>{5, 6}));
+  request_.assignments = {"/seeds=null"};
+  EXPECT_EQ(planned("none").parts.front().seeds, std::vector<std::uint64_t>{1});
+  request_.assignments = {R"(/seeds={"first": -1})"};
+  EXPECT_THAT(refusal([&] { planned("bad"); }), HasSubstr("from 0 to 1000000000"));
+}
+
 TEST_F(Planning, SeedsAreNotDrawnWhereFrictionComesLaterWithThem) {
   request_.seeds_from = "2b99b83";
   EXPECT_EQ(planned().parts.front().seeds.size(), 1u);
