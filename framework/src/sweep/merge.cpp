@@ -57,6 +57,7 @@ class Filler {
     table_.seed.push_back(run.seed);
     table_.drive.push_back(drive_number(record.drive));
     table_.repeats.push_back(is_repeat(run, table_.drive.back()));
+    table_.broken.push_back(record.broken());
     for (const auto& [name, value] : record.values) {
       const auto [found, fresh] = responses_.try_emplace(name, table_.responses.size());
       if (fresh) {
@@ -132,6 +133,10 @@ void write_table(const fs::path& out, const Table& table, const std::vector<RowH
 }
 
 }  // namespace
+
+double Table::valid(std::size_t response, std::size_t row) const {
+  return broken[row] && responses[response] != "finished" ? not_a_number : value[response][row];
+}
 
 MergeOutcome merge_records(const fs::path& out, const Sweep& sweep, Table& table,
                            const std::function<void(std::size_t, std::size_t)>& progress) {
