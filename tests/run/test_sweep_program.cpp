@@ -9,6 +9,7 @@
 #include <fstream>
 #include <thread>
 
+#include "config/json_file.hpp"
 #include "support/paths.hpp"
 #include "support/program.hpp"
 #include "support/sweep_records.hpp"
@@ -169,6 +170,31 @@ TEST_F(SweepProgram, RunsThatBreakAreInTheTableAndAreRepeatedByResume) {
   EXPECT_EQ(gripline_with({"sweep", "--resume", "--out", out("out")}).code, 4);
   EXPECT_TRUE(fs::exists(out("out") + "/batches/2"));
   EXPECT_EQ(gripline_with({"sweep", "status", out("out")}).code, 4);
+}
+
+/// Two worlds, and what is the same in both: carried out in the order given.
+TEST_F(SweepProgram, WhatIsSetBelowAFactorHolds) {
+  const std::string world = (fixture_dir() / "worlds/short.json").string();
+  write_text(folder_ / "longer.json", R"({"extends": ")" + world + R"(", "duration": "2 s", "start": {"speed": 1.1}})");
+  const std::string worlds = "/world=" + world + "," + (folder_ / "longer.json").string();
+  const std::vector<std::string> call = {
+      "sweep", "experiments/good.json", "--only", "slow", "--seeds", "1", "--out", out("out"), "--set",
+      worlds,  "--keep-files"};
+  std::vector<std::string> below = call, above = call;
+  below.insert(below.end(), {"--set", "/world/duration=0.2"});
+  const Outcome outcome = gripline_with(below);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::size_t configs = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(out("out") + "/files"))
+    if (entry.path().filename() == "config.json") {
+      ++configs;
+      EXPECT_EQ(parse_file(entry.path()).at("world").at("duration").number(), 0.2);
+    }
+  EXPECT_EQ(configs, 2u);
+  above.insert(above.end(), {"--set", "/world=" + world});
+  const Outcome refused = gripline_with(above);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("/world replaces what the factor /world sets before it"));
 }
 
 /// The words are those by which a run that was killed or that the disk refused is told.

@@ -56,15 +56,14 @@ std::size_t count_of(const po::variables_map& given, const char* name, std::int6
   return static_cast<std::size_t>(value);
 }
 
-/// Assignments with several values, or a range, are factors.
+/// Assignments with several values, or a range, are factors: their pointers keep their places among the others.
 void read_settings(const po::variables_map& given, sweep::Request& request) {
   std::vector<sweep::Factor> factors;
   for (const std::string& assignment : words_of(given, "set")) {
     sweep::Factor factor = sweep::parse_factor(assignment);
-    if (factor.range() || factor.levels.size() > 1)
-      factors.push_back(std::move(factor));
-    else
-      request.assignments.push_back(assignment);
+    const bool varies = factor.range() || factor.levels.size() > 1;
+    request.assignments.push_back(varies ? factor.pointer : assignment);
+    if (varies) factors.push_back(std::move(factor));
   }
   const bool latin = given.count("latin") > 0, list = given.count("list") > 0;
   if (list && (latin || !factors.empty()))

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <span>
 
 #include "config/errors.hpp"
 #include "config/hash.hpp"
@@ -44,13 +45,6 @@ bool may_hold(const std::string& member, abi::Kind kind) {
   return known == kinds.end() || std::ranges::find(known->second, kind) != known->second.end();
 }
 
-/// Members of the experiment that the factors of a design assign to.
-std::set<std::string> assigned_members(const Design& design) {
-  std::set<std::string> names;
-  for (const Factor& factor : design.factors()) names.insert(split_pointer(factor.pointer).front());
-  return names;
-}
-
 Node row_tree(const Node& tree, const SweptKind& kind, const std::string& row) {
   const Node* const rows = tree.find(kind.rows);
   const Node* const patch = rows != nullptr ? rows->find(row) : nullptr;
@@ -62,21 +56,33 @@ Node row_tree(const Node& tree, const SweptKind& kind, const std::string& row) {
 }  // namespace
 
 Trees::Trees(const Sweep& sweep) : sweep_(sweep), at_(sweep.parts.size(), nowhere) {
+  const std::vector<std::string> all = assignments_of(sweep.assignments, sweep.design, 0);
+  fixed_ = constants_before_factors(sweep.assignments);
+  for (std::size_t i = fixed_; i < all.size(); ++i)
+    changing_.insert(split_pointer(all[i].substr(0, all[i].find('='))).front());
   for (const Part& part : sweep.parts) {
-    trees_.push_back(load_experiment(part.file, sweep.assignments));
-    kinds_.push_back(&kind_of(trees_.back()));
+    trees_.push_back(load_experiment(part.file, std::span(all).first(fixed_)));
+    Node kept = Node::empty_object();
+    for (const std::string& member : changing_)
+      if (const Node* const value = trees_.back().find(member); value != nullptr) kept.set(member, *value);
+    untouched_.push_back(std::move(kept));
+    kinds_.push_back(&kind_named(part.kind));
   }
 }
 
 const Node& Trees::setting(std::size_t part, std::size_t setting) {
-  if (at_[part] == setting) return trees_[part];
-  // In place: every setting assigns every factor, in the same order, so that nothing of the previous setting remains.
-  const std::vector<std::string> values = sweep_.design.setting(setting);
+  Node& tree = trees_[part];
+  if (at_[part] == setting) return tree;
   at_[part] = nowhere;
-  for (std::size_t f = 0; f < values.size(); ++f)
-    assign_in_experiment(trees_[part], sweep_.design.factors()[f].pointer + "=" + values[f]);
+  for (const std::string& member : changing_)
+    if (const Node* const value = untouched_[part].find(member); value != nullptr)
+      tree.set(member, *value);
+    else
+      tree.erase(member);
+  const std::vector<std::string> all = assignments_of(sweep_.assignments, sweep_.design, setting);
+  for (std::size_t i = fixed_; i < all.size(); ++i) assign_in_experiment(tree, all[i]);
   at_[part] = setting;
-  return trees_[part];
+  return tree;
 }
 
 Node Trees::run_tree(const RunAt& run, const std::vector<std::string>& rows) {
@@ -177,14 +183,13 @@ const std::string& Keys::common_text(std::size_t part, std::size_t setting) {
   if (part == part_ && setting == setting_) return common_;
   const Node& tree = trees_.setting(part, setting);
   const SweptKind& kind = trees_.kind(part);
-  const std::set<std::string> changing = assigned_members(sweep_.design);
   std::map<std::string, std::string> texts;
   for (const Member& member : tree.object()) {
     const bool row = (kind.rows != nullptr && member.key == kind.rows) || (kind.merges_base && member.key == "base");
     const bool seed = kind.seeds != nullptr && member.key == kind.seeds;
     if (row || seed || is_no_input(member.key) || member.value.is_null()) continue;
     std::string& known = unchanged_[part][member.key];
-    if (known.empty() || changing.contains(member.key)) known = part_text(member.key, member.value);
+    if (known.empty() || trees_.changing().contains(member.key)) known = part_text(member.key, member.value);
     texts[member.key] = known;
   }
   common_ = sweep_.program + "\n" + kind.name;

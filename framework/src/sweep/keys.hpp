@@ -26,10 +26,15 @@ class Trees {
   /// The experiment of a run: its setting with these rows only, one seed, and without claims.
   Node run_tree(const RunAt& run, const std::vector<std::string>& rows);
   const SweptKind& kind(std::size_t part) const { return *kinds_[part]; }
+  /// Members of the experiments that may differ between settings.
+  const std::set<std::string>& changing() const { return changing_; }
 
  private:
   const Sweep& sweep_;
+  std::size_t fixed_ = 0;  // assignments that are carried out once, before the first factor
+  std::set<std::string> changing_;
   std::vector<Node> trees_;
+  std::vector<Node> untouched_;  // the changing members of each, as they were before the first setting
   std::vector<const SweptKind*> kinds_;
   std::vector<std::size_t> at_;  // which setting each tree stands at
 };
@@ -72,7 +77,7 @@ class Keys {
   Libraries libraries_;                                        // in use
   std::map<std::filesystem::path, NamedFile> files_;           // read so far
   std::multimap<std::string, const PluginEntry*> plugins_;     // by id, which several kinds may share
-  std::vector<std::map<std::string, std::string>> unchanged_;  // texts of members that no factor reaches
+  std::vector<std::map<std::string, std::string>> unchanged_;  // texts of members that no setting changes
   std::string common_, row_;                                   // of the last run asked for
   std::size_t part_ = ~std::size_t{0}, setting_ = 0, row_index_ = ~std::size_t{0};
 };

@@ -113,10 +113,7 @@ std::vector<std::vector<std::string>> settings_to_try(const Design& design) {
 void try_settings(const Sweep& sweep, const Registry& registry) {
   for (const Part& part : sweep.parts)
     for (const std::vector<std::string>& values : settings_to_try(sweep.design)) {
-      std::vector<std::string> assignments = sweep.assignments;
-      for (std::size_t f = 0; f < values.size(); ++f)
-        assignments.push_back(sweep.design.factors()[f].pointer + "=" + values[f]);
-      try_reading(part, assignments, sweep.seeds_from, registry);
+      try_reading(part, assignments_of(sweep.assignments, sweep.design, values), sweep.seeds_from, registry);
     }
 }
 
@@ -130,11 +127,7 @@ void read_parts(const Request& request, Sweep& sweep) {
     if (std::any_of(sweep.parts.begin(), sweep.parts.end(), same)) part.name = shown(file);
     if (std::any_of(sweep.parts.begin(), sweep.parts.end(), same)) throw InputError(shown(file) + " is named twice");
     // With the first setting, which may be what makes the experiment complete.
-    std::vector<std::string> assignments = request.assignments;
-    const std::vector<std::string> first = request.design.setting(0);
-    for (std::size_t f = 0; f < first.size(); ++f)
-      assignments.push_back(request.design.factors()[f].pointer + "=" + first[f]);
-    const Node tree = load_experiment(file, assignments);
+    const Node tree = load_experiment(file, assignments_of(request.assignments, request.design, 0));
     const SweptKind& kind = kind_of(tree);
     part.kind = kind.name;
     const std::vector<std::string> rows = all_rows(tree, kind);
@@ -286,6 +279,7 @@ RunAt Sweep::at(std::size_t index) const {
 
 Sweep plan(const Request& request, const Registry& registry) {
   if (request.files.empty()) throw InputError("which experiment? For example experiments/table1.json");
+  require_effect(request.assignments, request.design);
   Sweep sweep;
   sweep.design = request.design;
   sweep.assignments = request.assignments;

@@ -34,7 +34,7 @@ struct Part {
 /// What is asked for; files and folders as given.
 struct Request {
   std::vector<std::filesystem::path> files;
-  std::vector<std::string> assignments;  // the same in every setting
+  std::vector<std::string> assignments;  // in their order (assignments_of)
   Design design;
   std::optional<std::vector<std::uint64_t>> seeds;  // else the experiments' own
   std::string seeds_from;                           // as many seeds drawn from this text; empty: none
@@ -55,7 +55,7 @@ struct Sweep {
   std::string name;
   std::filesystem::path folder;  // that relative files of assignments start from
   std::vector<Part> parts;
-  std::vector<std::string> assignments;
+  std::vector<std::string> assignments;  // in their order (assignments_of)
   Design design;
   std::string seeds_from;
   std::vector<std::string> plugin_dirs;  // absolute

@@ -82,6 +82,12 @@ TEST_F(Planning, AFolderInWhichThePlanWasKilledIsPlannedAgain) {
   EXPECT_THAT(refusal([&] { require_sweep_folder(out()); }), HasSubstr("already holds something that is no sweep"));
 }
 
+TEST_F(Planning, AnAssignmentThatUndoesAFactorIsRefused) {
+  factors({"/base/planner/params/mu=0.3,0.4"});
+  request_.assignments = {"/base/planner/params/mu", R"(/base/planner={"plugin": "fixed_speed"})"};
+  EXPECT_THAT(refusal([&] { planned(); }), HasSubstr("/base/planner replaces what the factor"));
+}
+
 /// Seeds of the experiment are read as a race reads them.
 TEST_F(Planning, TakesTheExperimentsOwnSeeds) {
   request_.assignments = {R"(/seeds={"first": 5, "count": 2})"};
