@@ -1,5 +1,10 @@
 // gripline sweep as its users call it, on this machine: what it leaves, that a second call computes nothing, that
 // killing any part of it loses nothing, and that other builds are refused.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -216,6 +221,52 @@ TEST_F(SweepProgram, ARunThatIsKilledIsMissingWithItsReason) {
        R"(/stacks/told/controller={"plugin": "hostile.controller", "params": {"mode": "kills_itself"}})"});
   EXPECT_EQ(outcome.code, 75) << outcome.err;
   EXPECT_THAT(lines(out("out") + "/missing.csv").back(), HasSubstr(",missing,its process was ended by signal 9"));
+}
+
+/// A resumed sweep is done in the folder that it was planned in; its scratch starts where it is called.
+TEST_F(SweepProgram, AResumedSweepHasItsScratchWhereItIsCalled) {
+  ASSERT_EQ(sweep("out", {"--scratch", out("first")}).code, 0);
+  EXPECT_TRUE(fs::is_empty(out("first")));
+  fs::remove_all(out("out") + "/results");
+  fs::create_directories(out("here"));
+  const Outcome resumed = gripline_with({"sweep", "--resume", "--out", out("out"), "--scratch", "scratch"},
+                                        {.folder = out("here"), .environment = {}});
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_TRUE(fs::is_empty(out("here") + "/scratch")) << "there, and cleared";
+  EXPECT_FALSE(fs::exists(fixture_dir() / "scratch"));
+}
+
+TEST_F(SweepProgram, CancelEndsASweepThatIsAtWorkHere) {
+  const Process process(words("out", {"--chunk", "2"}), folder_.path());
+  ASSERT_TRUE(wait_for_records(out("out"), 2));
+  const Outcome cancelled = gripline_with({"sweep", "cancel", out("out")});
+  EXPECT_EQ(cancelled.code, 0) << cancelled.err;
+  EXPECT_THAT(cancelled.out, HasSubstr(" of 16 runs are finished and kept"));
+  EXPECT_EQ(process.wait().code, 75);
+  EXPECT_FALSE(fs::exists(out("out") + "/work"));
+}
+
+/// The process that a batch names may have ended, and another have its number.
+TEST_F(SweepProgram, CancelEndsNoProcessThatOnlyHasTheNumber) {
+  ASSERT_EQ(sweep("out", {"--only", "slow"}).code, 0);
+  const Process stranger({"sleep", "60"}, folder_.path());
+  Node submission = parse_file(out("out") + "/batches/1/submission.json");
+  submission.set("jobs", Node(Node::Array{Node(std::to_string(stranger.pid()))}));
+  write_text(out("out") + "/batches/1/submission.json", to_json_text(submission));
+  const std::string lock = out("out") + "/.lock";
+  write_text(lock, std::to_string(stranger.pid()) + " 1 elsewhere\n");
+  const int held = open(lock.c_str(), O_RDWR | O_CLOEXEC);
+  ASSERT_EQ(flock(held, LOCK_EX | LOCK_NB), 0);
+  std::thread release([&] {
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    close(held);
+  });
+  EXPECT_EQ(gripline_with({"sweep", "cancel", out("out")}).code, 0);
+  release.join();
+  EXPECT_EQ(kill(stranger.pid(), 0), 0);
+  EXPECT_EQ(waitpid(stranger.pid(), nullptr, WNOHANG), 0) << "it goes on";
+  stranger.signal(SIGKILL);
+  (void)stranger.wait();
 }
 
 TEST_F(SweepProgram, TakesEveryKindOfExperimentAndSeveralFilesAtOnce) {

@@ -105,7 +105,9 @@ SweepWork read_work(const po::variables_map& given) {
   if (given.count("chunk") > 0) work.chunk = count_of(given, "chunk", 1'000'000);
   work.wait = given.count("wait") > 0;
   work.resume = given.count("resume") > 0;
-  work.scratch = text_of(given, "scratch").value_or("");
+  // Absolute: a resumed sweep is done in the folder that it was planned in.
+  const std::string scratch = text_of(given, "scratch").value_or("");
+  if (!scratch.empty()) work.scratch = fs::absolute(scratch).lexically_normal();
   work.partition = text_of(given, "partition").value_or("");
   work.time = text_of(given, "time").value_or("");
   work.mem = text_of(given, "mem").value_or("");

@@ -52,10 +52,6 @@ Registry registry_for(const std::vector<std::string>& plugin_dirs) {
   return open_registry(here);
 }
 
-fs::path scratch_root(const SweepWork& work) {
-  return fs::absolute(work.scratch.empty() ? work.out / "work" : work.scratch);
-}
-
 /// A folder of this process's own.
 std::string own_folder() { return "gripline." + this_machine() + "." + std::to_string(getpid()); }
 
@@ -164,17 +160,18 @@ int merge_and_tell(const fs::path& out, const sweep::Sweep& sweep) {
 }
 
 int run_local(const SweepWork& work, const sweep::Sweep& sweep, const Registry& registry, const sweep::Batch& batch) {
-  const fs::path root = scratch_root(work);
-  if (work.scratch.empty()) disk().remove_all(root);  // of a sweep that was killed: the lock is ours
+  const fs::path in_out = work.out / "work", scratch = (work.scratch.empty() ? in_out : work.scratch) / own_folder();
+  disk().remove_all(in_out);  // of a sweep that was killed: the lock is ours
   sweep::LocalEngine engine(sweep.name, jobs_of(work), [&](std::size_t) -> sweep::TaskBody {
-    auto worker = std::make_shared<sweep::Worker>(sweep, registry, batch.out, root / own_folder());
+    auto worker = std::make_shared<sweep::Worker>(sweep, registry, batch.out, scratch / own_folder());
     return [worker](const sweep::Batch& b, std::size_t task, const std::function<void()>& done) {
       return worker->run(b, task, done);
     };
   });
   sweep::Submission submission;
   engine.submit(batch, submission, [&] { write_submission(batch, submission); });
-  if (work.scratch.empty()) disk().remove_all(root);
+  disk().remove_all(scratch);
+  disk().remove_all(in_out);
   if (engine.interrupted()) std::cerr << "interrupted: what is finished is kept; the same command goes on from here\n";
   return engine.interrupted() ? try_again : good;
 }
@@ -363,31 +360,32 @@ int sweep_cancel(const fs::path& given) {
   SweepWork work;
   work.out = out;
   sweep::SlurmEngine slurm = slurm_of(work);
-  std::string local;  // the process of the last local batch
   for (const std::string& number : sweep::batches_in(out)) {
     const sweep::Submission submission = read_submission(sweep::read_batch(out, number));
-    if (submission.engine == "local" && !submission.jobs.empty()) local = submission.jobs.front();
     if (submission.engine != "slurm") continue;
     slurm.cancel(submission);
     for (int i = 0; i < 300 && slurm.status(submission).active(); ++i) usleep(100'000);
   }
   // Whoever holds the lock is at work here; without it there is nobody.
+  bool told = false;
   for (int i = 0; i < 100; ++i) {
+    std::optional<OutLock> lock;
     try {
-      const OutLock lock(out);
-      sweep::Store(out).remove_partial();
-      disk().remove_all(out / "work");
-      const Counts counts = count_records(out, sweep);
-      std::cout << "cancelled: " << counts.finished << " of " << counts.runs << " runs are finished and kept\n";
-      return good;
+      lock.emplace(out);
     } catch (const InputError&) {
-      pid_t pid = 0;
-      std::from_chars(local.data(), local.data() + local.size(), pid);
-      if (i == 0 && pid > 1) kill(pid, SIGTERM);
+      const std::optional<pid_t> holder = told ? std::nullopt : OutLock::holder_here(out);
+      if (holder) told = kill(*holder, SIGTERM) == 0;
       usleep(100'000);
+      continue;
     }
+    sweep::Store(out).remove_partial();
+    disk().remove_all(out / "work");
+    const Counts counts = count_records(out, sweep);
+    std::cout << "cancelled: " << counts.finished << " of " << counts.runs << " runs are finished and kept\n";
+    return good;
   }
-  throw InputError(out.string() + ": another gripline is writing there and does not end");
+  throw InputError(out.string() + ": another gripline is writing there and does not end" +
+                   (told ? "" : "; this machine knows no process of it"));
 }
 
 int sweep_task(const fs::path& given, const std::string& number, const std::string& task_text) {
@@ -400,7 +398,7 @@ int sweep_task(const fs::path& given, const std::string& number, const std::stri
   const sweep::Batch batch = sweep::read_batch(out, number);
   sweep::TaskNote note(batch, task);
   const char* const chosen = std::getenv("GRIPLINE_SCRATCH");
-  const fs::path scratch = fs::path(chosen != nullptr ? chosen : (out / "work").c_str()) / own_folder();
+  const fs::path scratch = fs::absolute(chosen != nullptr ? chosen : (out / "work").c_str()) / own_folder();
   int code = sweep::task_again;
   try {
     const sweep::Sweep sweep = sweep::read_manifest(out);
