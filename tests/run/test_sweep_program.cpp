@@ -1,5 +1,10 @@
 // gripline sweep as its users call it, on this machine: what it leaves, that a second call computes nothing, that
 // killing any part of it loses nothing, and that other builds are refused.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +14,7 @@
 #include <fstream>
 #include <thread>
 
+#include "config/json_file.hpp"
 #include "support/paths.hpp"
 #include "support/program.hpp"
 #include "support/sweep_records.hpp"
@@ -169,6 +175,98 @@ TEST_F(SweepProgram, RunsThatBreakAreInTheTableAndAreRepeatedByResume) {
   EXPECT_EQ(gripline_with({"sweep", "--resume", "--out", out("out")}).code, 4);
   EXPECT_TRUE(fs::exists(out("out") + "/batches/2"));
   EXPECT_EQ(gripline_with({"sweep", "status", out("out")}).code, 4);
+}
+
+/// Two worlds, and what is the same in both: carried out in the order given.
+TEST_F(SweepProgram, WhatIsSetBelowAFactorHolds) {
+  const std::string world = (fixture_dir() / "worlds/short.json").string();
+  write_text(folder_ / "longer.json", R"({"extends": ")" + world + R"(", "duration": "2 s", "start": {"speed": 1.1}})");
+  const std::string worlds = "/world=" + world + "," + (folder_ / "longer.json").string();
+  const std::vector<std::string> call = {
+      "sweep", "experiments/good.json", "--only", "slow", "--seeds", "1", "--out", out("out"), "--set",
+      worlds,  "--keep-files"};
+  std::vector<std::string> below = call, above = call;
+  below.insert(below.end(), {"--set", "/world/duration=0.2"});
+  const Outcome outcome = gripline_with(below);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::size_t configs = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(out("out") + "/files"))
+    if (entry.path().filename() == "config.json") {
+      ++configs;
+      EXPECT_EQ(parse_file(entry.path()).at("world").at("duration").number(), 0.2);
+    }
+  EXPECT_EQ(configs, 2u);
+  above.insert(above.end(), {"--set", "/world=" + world});
+  const Outcome refused = gripline_with(above);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("/world replaces what the factor /world sets before it"));
+}
+
+/// The words are those by which a run that was killed or that the disk refused is told.
+TEST_F(SweepProgram, RunsOfPluginsThatSpeakOfAKillAreRecorded) {
+  for (const std::string mode : {"speaks_of_a_kill", "speaks_of_the_disk"}) {
+    const Outcome outcome = gripline_with(
+        {"sweep", "experiments/good.json", "--only", "told", "--seeds", "1", "--out", out(mode), "--plugins",
+         fixture_plugins("hostile"), "--set",
+         R"(/stacks/told/controller={"plugin": "hostile.controller", "params": {"mode": ")" + mode + R"("}})"});
+    EXPECT_EQ(outcome.code, 4) << outcome.err;
+    EXPECT_THAT(lines(out(mode) + "/missing.csv").back(), HasSubstr(",plugin_error,hostile.controller at t = "));
+  }
+}
+
+TEST_F(SweepProgram, ARunThatIsKilledIsMissingWithItsReason) {
+  const Outcome outcome = gripline_with(
+      {"sweep", "experiments/good.json", "--only", "told", "--seeds", "1", "--out", out("out"), "--plugins",
+       fixture_plugins("hostile"), "--set",
+       R"(/stacks/told/controller={"plugin": "hostile.controller", "params": {"mode": "kills_itself"}})"});
+  EXPECT_EQ(outcome.code, 75) << outcome.err;
+  EXPECT_THAT(lines(out("out") + "/missing.csv").back(), HasSubstr(",missing,its process was ended by signal 9"));
+}
+
+/// A resumed sweep is done in the folder that it was planned in; its scratch starts where it is called.
+TEST_F(SweepProgram, AResumedSweepHasItsScratchWhereItIsCalled) {
+  ASSERT_EQ(sweep("out", {"--scratch", out("first")}).code, 0);
+  EXPECT_TRUE(fs::is_empty(out("first")));
+  fs::remove_all(out("out") + "/results");
+  fs::create_directories(out("here"));
+  const Outcome resumed = gripline_with({"sweep", "--resume", "--out", out("out"), "--scratch", "scratch"},
+                                        {.folder = out("here"), .environment = {}});
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_TRUE(fs::is_empty(out("here") + "/scratch")) << "there, and cleared";
+  EXPECT_FALSE(fs::exists(fixture_dir() / "scratch"));
+}
+
+TEST_F(SweepProgram, CancelEndsASweepThatIsAtWorkHere) {
+  const Process process(words("out", {"--chunk", "2"}), folder_.path());
+  ASSERT_TRUE(wait_for_records(out("out"), 2));
+  const Outcome cancelled = gripline_with({"sweep", "cancel", out("out")});
+  EXPECT_EQ(cancelled.code, 0) << cancelled.err;
+  EXPECT_THAT(cancelled.out, HasSubstr(" of 16 runs are finished and kept"));
+  EXPECT_EQ(process.wait().code, 75);
+  EXPECT_FALSE(fs::exists(out("out") + "/work"));
+}
+
+/// The process that a batch names may have ended, and another have its number.
+TEST_F(SweepProgram, CancelEndsNoProcessThatOnlyHasTheNumber) {
+  ASSERT_EQ(sweep("out", {"--only", "slow"}).code, 0);
+  const Process stranger({"sleep", "60"}, folder_.path());
+  Node submission = parse_file(out("out") + "/batches/1/submission.json");
+  submission.set("jobs", Node(Node::Array{Node(std::to_string(stranger.pid()))}));
+  write_text(out("out") + "/batches/1/submission.json", to_json_text(submission));
+  const std::string lock = out("out") + "/.lock";
+  write_text(lock, std::to_string(stranger.pid()) + " 1 elsewhere\n");
+  const int held = open(lock.c_str(), O_RDWR | O_CLOEXEC);
+  ASSERT_EQ(flock(held, LOCK_EX | LOCK_NB), 0);
+  std::thread release([&] {
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    close(held);
+  });
+  EXPECT_EQ(gripline_with({"sweep", "cancel", out("out")}).code, 0);
+  release.join();
+  EXPECT_EQ(kill(stranger.pid(), 0), 0);
+  EXPECT_EQ(waitpid(stranger.pid(), nullptr, WNOHANG), 0) << "it goes on";
+  stranger.signal(SIGKILL);
+  (void)stranger.wait();
 }
 
 TEST_F(SweepProgram, TakesEveryKindOfExperimentAndSeveralFilesAtOnce) {

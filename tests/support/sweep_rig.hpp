@@ -42,7 +42,7 @@ class SweepRig : public testing::Test {
     return read_manifest(out(name));
   }
   /// As the runs of this experiment would: the setting decides, the seed adds noise, one in twenty breaks.
-  Record drawn(const Sweep& sweep, const RunAt& run) {
+  Attempt drawn(const Sweep& sweep, const RunAt& run) {
     ++runs_;
     // Not from the key, which differs from build to build.
     std::string name = sweep.row_of(run) + std::to_string(run.seed);
@@ -59,17 +59,17 @@ class SweepRig : public testing::Test {
     record.node = "node" + std::to_string(clock_() % 3);
     if (run.row == 1 && run.seed % 10 == 7)
       record.status = "error", record.message = "its plugin, \"x\", failed", record.values.clear();
-    return record;
+    return {record, {}, false, false};
   }
   TaskBody body(const Sweep& sweep, const std::string& name = "out") {
     auto worker = std::make_shared<Worker>(sweep, testing_support::plugins(), out(name), out(name) / "work");
-    worker->run_with([this, &sweep](const RunAt& run, const std::string&, bool&) { return drawn(sweep, run); });
+    worker->run_with([this, &sweep](const RunAt& run) { return drawn(sweep, run); });
     return [worker](const Batch& batch, std::size_t task, const std::function<void()>& done) {
       return worker->run(batch, task, done);
     };
   }
   std::optional<Batch> missing(const std::string& name, std::size_t chunk) const {
-    const KeyFile keys(out(name));
+    const KeyFile keys(out(name), read_manifest(out(name)));
     const Store store(out(name));
     std::vector<std::uint64_t> left;
     for (std::size_t i = 0; i < keys.size(); ++i)

@@ -56,15 +56,14 @@ std::size_t count_of(const po::variables_map& given, const char* name, std::int6
   return static_cast<std::size_t>(value);
 }
 
-/// Assignments with several values, or a range, are factors.
+/// Assignments with several values, or a range, are factors: their pointers keep their places among the others.
 void read_settings(const po::variables_map& given, sweep::Request& request) {
   std::vector<sweep::Factor> factors;
   for (const std::string& assignment : words_of(given, "set")) {
     sweep::Factor factor = sweep::parse_factor(assignment);
-    if (factor.range() || factor.levels.size() > 1)
-      factors.push_back(std::move(factor));
-    else
-      request.assignments.push_back(assignment);
+    const bool varies = factor.range() || factor.levels.size() > 1;
+    request.assignments.push_back(varies ? factor.pointer : assignment);
+    if (varies) factors.push_back(std::move(factor));
   }
   const bool latin = given.count("latin") > 0, list = given.count("list") > 0;
   if (list && (latin || !factors.empty()))
@@ -106,7 +105,9 @@ SweepWork read_work(const po::variables_map& given) {
   if (given.count("chunk") > 0) work.chunk = count_of(given, "chunk", 1'000'000);
   work.wait = given.count("wait") > 0;
   work.resume = given.count("resume") > 0;
-  work.scratch = text_of(given, "scratch").value_or("");
+  // Absolute: a resumed sweep is done in the folder that it was planned in.
+  const std::string scratch = text_of(given, "scratch").value_or("");
+  if (!scratch.empty()) work.scratch = fs::absolute(scratch).lexically_normal();
   work.partition = text_of(given, "partition").value_or("");
   work.time = text_of(given, "time").value_or("");
   work.mem = text_of(given, "mem").value_or("");

@@ -1,5 +1,5 @@
-// The kinds of experiments: what "kind" may say, and who reads and runs
-// each. A new kind is one row of the table in experiment_kinds.cpp.
+// The kinds of experiments: what "kind" may say, and who reads and runs each. A new kind is a row of the table in
+// experiment_kinds.cpp, and one in framework/src/sweep/kinds.cpp for its sweeps, which neither print nor judge claims.
 #pragma once
 
 #include <filesystem>

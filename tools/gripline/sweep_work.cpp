@@ -27,6 +27,7 @@
 #include "sweep/store.hpp"
 #include "sweep/task.hpp"
 #include "util/disk.hpp"
+#include "util/machine.hpp"
 #include "util/numbers.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
@@ -51,23 +52,16 @@ Registry registry_for(const std::vector<std::string>& plugin_dirs) {
   return open_registry(here);
 }
 
-fs::path scratch_root(const SweepWork& work) {
-  return fs::absolute(work.scratch.empty() ? work.out / "work" : work.scratch);
-}
-
-std::string own_folder() {
-  char host[256] = "";
-  gethostname(host, sizeof host - 1);
-  return std::string("gripline.") + host + "." + std::to_string(getpid());
-}
+/// A folder of this process's own.
+std::string own_folder() { return "gripline." + this_machine() + "." + std::to_string(getpid()); }
 
 struct Counts {
   std::size_t runs = 0, finished = 0, broken = 0;
   std::size_t missing() const { return runs - finished - broken; }
 };
 
-Counts count_records(const fs::path& out) {
-  const sweep::KeyFile keys(out);
+Counts count_records(const fs::path& out, const sweep::Sweep& sweep) {
+  const sweep::KeyFile keys(out, sweep);
   const sweep::Store store(out);
   Counts counts;
   counts.runs = keys.size();
@@ -121,13 +115,13 @@ void end_leftovers(const SweepWork& work) {
 }
 
 /// Puts the numbers of runs without a record into a batch; none when there is nothing to do.
-std::optional<sweep::Batch> batch_of_missing(const SweepWork& work, const Counts& counts) {
+std::optional<sweep::Batch> batch_of_missing(const SweepWork& work, const sweep::Sweep& sweep, const Counts& counts) {
   const std::size_t left = counts.missing() + (work.resume ? counts.broken : 0);
   if (left == 0) return std::nullopt;
   const std::size_t own = work.engine == "slurm"
                               ? 50
                               : std::clamp<std::size_t>(left / (16 * static_cast<std::size_t>(jobs_of(work))), 1, 50);
-  const sweep::KeyFile keys(work.out);
+  const sweep::KeyFile keys(work.out, sweep);
   const sweep::Store store(work.out);
   std::uint64_t at = 0;
   const auto next = [&](std::uint64_t& run) {
@@ -166,22 +160,23 @@ int merge_and_tell(const fs::path& out, const sweep::Sweep& sweep) {
 }
 
 int run_local(const SweepWork& work, const sweep::Sweep& sweep, const Registry& registry, const sweep::Batch& batch) {
-  const fs::path root = scratch_root(work);
-  if (work.scratch.empty()) disk().remove_all(root);  // of a sweep that was killed: the lock is ours
+  const fs::path in_out = work.out / "work", scratch = (work.scratch.empty() ? in_out : work.scratch) / own_folder();
+  disk().remove_all(in_out);  // of a sweep that was killed: the lock is ours
   sweep::LocalEngine engine(sweep.name, jobs_of(work), [&](std::size_t) -> sweep::TaskBody {
-    auto worker = std::make_shared<sweep::Worker>(sweep, registry, batch.out, root / own_folder());
+    auto worker = std::make_shared<sweep::Worker>(sweep, registry, batch.out, scratch / own_folder());
     return [worker](const sweep::Batch& b, std::size_t task, const std::function<void()>& done) {
       return worker->run(b, task, done);
     };
   });
   sweep::Submission submission;
   engine.submit(batch, submission, [&] { write_submission(batch, submission); });
-  if (work.scratch.empty()) disk().remove_all(root);
+  disk().remove_all(scratch);
+  disk().remove_all(in_out);
   if (engine.interrupted()) std::cerr << "interrupted: what is finished is kept; the same command goes on from here\n";
   return engine.interrupted() ? try_again : good;
 }
 
-int run_slurm(const SweepWork& work, const sweep::Batch& batch) {
+int run_slurm(const SweepWork& work, const sweep::Sweep& sweep, const sweep::Batch& batch) {
   sweep::SlurmEngine engine = slurm_of(work);
   sweep::Submission submission;
   engine.submit(batch, submission, [&] { write_submission(batch, submission); });
@@ -194,10 +189,10 @@ int run_slurm(const SweepWork& work, const sweep::Batch& batch) {
   }
   const StopSignal stop(StopSignal::Reaction::note);
   Progress progress(std::cerr, "slurm", batch.runs);
-  const std::size_t before = count_records(batch.out).missing();
+  const std::size_t before = count_records(batch.out, sweep).missing();
   for (sweep::EngineState state = engine.status(submission); state.active() && !StopSignal::seen();
        state = engine.status(submission)) {
-    progress.advance(before - std::min(before, count_records(batch.out).missing()), state.message);
+    progress.advance(before - std::min(before, count_records(batch.out, sweep).missing()), state.message);
     for (int i = 0; i < 10 && !StopSignal::seen(); ++i) usleep(100'000);
   }
   if (StopSignal::seen()) {
@@ -209,18 +204,18 @@ int run_slurm(const SweepWork& work, const sweep::Batch& batch) {
 }
 
 int do_missing(const SweepWork& work, const sweep::Sweep& sweep, const Registry& registry) {
-  const Counts counts = count_records(work.out);
+  const Counts counts = count_records(work.out, sweep);
   if (counts.finished + counts.broken > 0)
     std::cout << counts.finished + counts.broken << " of " << counts.runs << " runs were already there.\n";
-  const std::optional<sweep::Batch> batch = batch_of_missing(work, counts);
+  const std::optional<sweep::Batch> batch = batch_of_missing(work, sweep, counts);
   std::cout << std::flush;
   if (batch && work.engine == "slurm") {
     end_leftovers(work);
-    const int code = run_slurm(work, *batch);
+    const int code = run_slurm(work, sweep, *batch);
     if (code != good || !work.wait) return code;
   } else if (batch) {
     const int code = run_local(work, sweep, registry, *batch);
-    if (code != good && count_records(work.out).finished == 0) return code;
+    if (code != good && count_records(work.out, sweep).finished == 0) return code;
   }
   return merge_and_tell(work.out, sweep);
 }
@@ -273,7 +268,7 @@ int plan_sweep(const sweep::Request& request, const SweepWork& work) {
   const Clock::time_point begin = Clock::now();
   write_manifest(folder.path() / "plan", sweep, registry);
   const double planning = std::chrono::duration<double>(Clock::now() - begin).count();
-  const sweep::KeyFile keys(folder.path() / "plan");
+  const sweep::KeyFile keys(folder.path() / "plan", sweep);
   const sweep::Store store(work.out);
   std::size_t there = 0;
   for (std::size_t i = 0; i < keys.size(); ++i) there += store.has(keys.key(i), true) ? 1 : 0;
@@ -336,7 +331,7 @@ int sweep_merge(const fs::path& given) {
 int sweep_status(const fs::path& given) {
   const fs::path out = fs::absolute(given).lexically_normal();
   const sweep::Sweep sweep = sweep::read_manifest(out);
-  const Counts counts = count_records(out);
+  const Counts counts = count_records(out, sweep);
   std::cout << sweep.name << ": " << counts.runs << " runs, " << counts.finished << " finished, " << counts.broken
             << " broke, " << counts.missing() << " missing\n";
   SweepWork work;
@@ -361,35 +356,36 @@ int sweep_status(const fs::path& given) {
 
 int sweep_cancel(const fs::path& given) {
   const fs::path out = fs::absolute(given).lexically_normal();
-  (void)sweep::read_manifest(out);
+  const sweep::Sweep sweep = sweep::read_manifest(out);
   SweepWork work;
   work.out = out;
   sweep::SlurmEngine slurm = slurm_of(work);
-  std::string local;  // the process of the last local batch
   for (const std::string& number : sweep::batches_in(out)) {
     const sweep::Submission submission = read_submission(sweep::read_batch(out, number));
-    if (submission.engine == "local" && !submission.jobs.empty()) local = submission.jobs.front();
     if (submission.engine != "slurm") continue;
     slurm.cancel(submission);
     for (int i = 0; i < 300 && slurm.status(submission).active(); ++i) usleep(100'000);
   }
   // Whoever holds the lock is at work here; without it there is nobody.
+  bool told = false;
   for (int i = 0; i < 100; ++i) {
+    std::optional<OutLock> lock;
     try {
-      const OutLock lock(out);
-      sweep::Store(out).remove_partial();
-      disk().remove_all(out / "work");
-      const Counts counts = count_records(out);
-      std::cout << "cancelled: " << counts.finished << " of " << counts.runs << " runs are finished and kept\n";
-      return good;
+      lock.emplace(out);
     } catch (const InputError&) {
-      pid_t pid = 0;
-      std::from_chars(local.data(), local.data() + local.size(), pid);
-      if (i == 0 && pid > 1) kill(pid, SIGTERM);
+      const std::optional<pid_t> holder = told ? std::nullopt : OutLock::holder_here(out);
+      if (holder) told = kill(*holder, SIGTERM) == 0;
       usleep(100'000);
+      continue;
     }
+    sweep::Store(out).remove_partial();
+    disk().remove_all(out / "work");
+    const Counts counts = count_records(out, sweep);
+    std::cout << "cancelled: " << counts.finished << " of " << counts.runs << " runs are finished and kept\n";
+    return good;
   }
-  throw InputError(out.string() + ": another gripline is writing there and does not end");
+  throw InputError(out.string() + ": another gripline is writing there and does not end" +
+                   (told ? "" : "; this machine knows no process of it"));
 }
 
 int sweep_task(const fs::path& given, const std::string& number, const std::string& task_text) {
@@ -402,7 +398,7 @@ int sweep_task(const fs::path& given, const std::string& number, const std::stri
   const sweep::Batch batch = sweep::read_batch(out, number);
   sweep::TaskNote note(batch, task);
   const char* const chosen = std::getenv("GRIPLINE_SCRATCH");
-  const fs::path scratch = fs::path(chosen != nullptr ? chosen : (out / "work").c_str()) / own_folder();
+  const fs::path scratch = fs::absolute(chosen != nullptr ? chosen : (out / "work").c_str()) / own_folder();
   int code = sweep::task_again;
   try {
     const sweep::Sweep sweep = sweep::read_manifest(out);

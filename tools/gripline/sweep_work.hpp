@@ -16,7 +16,7 @@ struct SweepWork {
   int jobs = 0;           // 0: one per core
   std::size_t chunk = 0;  // 0: the engine's own
   bool wait = false, resume = false;
-  std::filesystem::path scratch;  // empty: in OUT
+  std::filesystem::path scratch;  // absolute; empty: in OUT
   std::string partition, time, mem;
   std::vector<std::string> sbatch;
 };

@@ -18,17 +18,6 @@ bool is_plain_name(const std::string& name) {
                      [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; });
 }
 
-void read_seeds(ObjectReader& r, RaceSpec& race) {
-  std::int64_t first = 1, count = 1;
-  if (r.has("seeds")) {
-    ObjectReader seeds = r.object("seeds");
-    first = seeds.integer("first", {0, largest_seed}, 1);
-    count = seeds.integer("count", {1, 100'000}, 1);
-    seeds.finish();
-  }
-  for (std::int64_t i = 0; i < count; ++i) race.seeds.push_back(static_cast<std::uint64_t>(first + i));
-}
-
 std::size_t count_values(const Node& node) {
   std::size_t count = 1;
   if (node.is_array())
@@ -132,6 +121,14 @@ void assign_in_experiment(Node& tree, const std::string& assignment) {
   expand(tree);  // the next one may reach into a file that this one named
 }
 
+std::vector<std::uint64_t> read_seeds(const Node& node, Errors& errors) {
+  ObjectReader r(node, errors);
+  const std::int64_t first = r.integer("first", {0, largest_seed}, 1), count = r.integer("count", {1, 100'000}, 1);
+  std::vector<std::uint64_t> seeds;
+  for (std::int64_t i = 0; i < count; ++i) seeds.push_back(static_cast<std::uint64_t>(first + i));
+  return seeds;
+}
+
 std::string experiment_kind(const Node& tree) {
   const Node* const kind = tree.find("kind");
   return kind != nullptr && kind->is_text() ? kind->text() : "race";
@@ -147,7 +144,8 @@ RaceSpec read_race(const std::filesystem::path& file, Node tree, const Registry&
     r.find("kind");  // checked by the caller, who chose this reader by it
     if (const Node* world = r.require("world", "a world file or an object"); world != nullptr)
       race.world = read_world(*world, registry, errors);
-    read_seeds(r, race);
+    race.seeds = {1};
+    if (const Node* seeds = r.find("seeds"); seeds != nullptr) race.seeds = read_seeds(*seeds, errors);
     read_stacks(r, registry, race, errors);
     if (const Node* perturb = r.find("perturb"); perturb != nullptr)
       race.perturb = read_perturb(*perturb, race.world, race.stacks, errors);

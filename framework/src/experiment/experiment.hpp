@@ -24,6 +24,8 @@ void assign_in_experiment(Node& tree, const std::string& assignment);
 std::string experiment_kind(const Node& tree);
 
 inline constexpr std::int64_t largest_seed = 1'000'000'000;
+/// The "seeds" of an experiment, {"first", "count"}: ascending.
+std::vector<std::uint64_t> read_seeds(const Node& node, Errors& errors);
 
 struct RaceSpec {
   std::string name;  // of the file, without its ending

@@ -9,8 +9,10 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <fstream>
 #include <set>
 #include <span>
+#include <sstream>
 #include <vector>
 
 #include "config/errors.hpp"
@@ -20,6 +22,7 @@
 #include "experiment/result_files.hpp"
 #include "race/run_files.hpp"
 #include "util/csv_writer.hpp"
+#include "util/machine.hpp"
 #include "util/made_folders.hpp"
 
 namespace gripline {
@@ -214,12 +217,36 @@ Node describe_origin(const RaceSpec& race, const Registry& registry) {
   return origin;
 }
 
+/// What a lock file says of the process that holds it.
+std::string holder_text(pid_t pid, std::uint64_t start) {
+  return std::to_string(pid) + " " + std::to_string(start) + " " + this_machine() + "\n";
+}
+
+/// Where it cannot be written, the lock is one all the same.
+void write_holder(int lock) {
+  const std::optional<std::uint64_t> start = process_start(getpid());
+  if (!start || ftruncate(lock, 0) != 0) return;
+  const std::string text = holder_text(getpid(), *start);
+  [[maybe_unused]] const ssize_t written = write(lock, text.data(), text.size());
+}
+
 }  // namespace
 
 /// Handles of all locks of this process.
 static std::set<int>& lock_handles() {
   static std::set<int> handles;
   return handles;
+}
+
+std::optional<pid_t> OutLock::holder_here(const fs::path& folder) {
+  std::ifstream in(folder / lock_name);
+  std::string line;
+  std::getline(in, line);
+  pid_t pid = 0;
+  std::istringstream(line) >> pid;
+  const std::optional<std::uint64_t> start = pid > 1 ? process_start(pid) : std::nullopt;
+  if (!start || line + "\n" != holder_text(pid, *start)) return std::nullopt;
+  return pid;
 }
 
 void OutLock::leave_to_parent() {
@@ -240,6 +267,7 @@ OutLock::OutLock(const fs::path& folder) : file_(folder / lock_name) {
     struct stat held {
     }, named{};
     if (fstat(handle_, &held) == 0 && stat(file_.c_str(), &named) == 0 && held.st_ino == named.st_ino) {
+      write_holder(handle_);
       lock_handles().insert(handle_);
       return;
     }

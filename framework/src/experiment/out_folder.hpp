@@ -1,9 +1,12 @@
 // The results folder of an experiment: made, continued or refused, and locked while it is written.
 #pragma once
 
+#include <sys/types.h>
+
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +17,7 @@
 namespace gripline {
 
 /// One process at a time writes into a folder: an flock on OUT/.lock, released by the destructor or with the process.
+/// The file says which it is: machine, number and start of the process.
 /// Where its owner is left by an exception and a folder that this process made (made_folders.hpp) holds nothing but the
 /// marker, the marker goes too, so that the folder can be removed.
 class OutLock {
@@ -22,6 +26,9 @@ class OutLock {
   explicit OutLock(const std::filesystem::path& folder);
   OutLock(OutLock&& other) noexcept
       : file_(std::move(other.file_)), handle_(std::exchange(other.handle_, -1)), exceptions_(other.exceptions_) {}
+  /// The process of this machine that the lock of a folder names; none where it has ended, even if another process has
+  /// its number now, and none where it is one of another machine.
+  static std::optional<pid_t> holder_here(const std::filesystem::path& folder);
   /// For a fork of the process that locked: closes the inherited handle, so that the lock ends with the parent.
   static void leave_to_parent();
   OutLock(const OutLock&) = delete;

@@ -200,6 +200,7 @@ RunnerOutcome run_all(const RaceSpec& race, const std::vector<RunId>& ids, const
   outcome.interrupted = StopSignal::seen();
   processes.stop();
   outcome.notes.insert(outcome.notes.end(), processes.notes().begin(), processes.notes().end());
+  outcome.cut_off = processes.cut_off();
   outcome.runs = collect(requested, outcome.interrupted);
   return outcome;
 }

@@ -28,6 +28,7 @@ struct RunnerOutcome {
   int kept = 0;                 ///< runs that were finished before this call
   int replaced = 0;             ///< finished runs of other inputs, plugins or versions, which were overwritten
   bool interrupted = false;
+  std::vector<RunId> cut_off;      ///< broken runs that another try may finish: killed from outside, the disk refused
   std::vector<std::string> notes;  ///< what the user should know: "elm, seed 1: steps.csv was changed ..."
 };
 

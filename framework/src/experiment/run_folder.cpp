@@ -1,9 +1,5 @@
 #include "experiment/run_folder.hpp"
 
-#include <cerrno>
-#include <cstring>
-#include <stdexcept>
-
 #include "util/disk.hpp"
 
 namespace gripline {
@@ -12,8 +8,7 @@ namespace {
 
 void replace_folder(const fs::path& partial, const fs::path& folder) {
   disk().remove_all(folder);
-  if (!disk().rename(partial, folder))
-    throw std::runtime_error("cannot write " + folder.string() + ": " + std::strerror(errno));
+  if (!disk().rename(partial, folder)) fail_with_errno("cannot write " + folder.string());
 }
 
 }  // namespace
@@ -30,7 +25,7 @@ void keep_run(const RunSummary& summary, const std::string& key, const fs::path&
   const RunId id = {summary.stack, summary.seed};
   const fs::path partial = partial_folder(out, id), folder = run_folder(out, id);
   write_summary(partial, summary, key, alone);
-  if (!disk().sync_folder(partial)) throw std::runtime_error("cannot write " + partial.string());
+  if (!disk().sync_folder(partial)) fail_with_errno("cannot write " + partial.string());
   replace_folder(partial, folder);
   (void)disk().sync_folder(folder.parent_path());  // if the rename is lost by a power failure, the run is raced again
 }

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "experiment/experiment.hpp"
+#include "util/file_stamp.hpp"
 
 namespace gripline {
 
@@ -19,9 +21,15 @@ struct RunId {
 class FileHashes {
  public:
   const std::string& of(const std::filesystem::path& file);
+  /// Whether a file that of() was asked for has been left alone since.
+  bool unchanged(const std::filesystem::path& file) const;
 
  private:
-  std::map<std::filesystem::path, std::string> known_;
+  struct Known {
+    std::string hash;
+    std::optional<FileStamp> stamp;
+  };
+  std::map<std::filesystem::path, Known> known_;
 };
 
 /// SHA-256 over the run's expanded JSON, the files that it names, the libraries of its plugins and the running program.

@@ -153,6 +153,8 @@ void RunProcesses::settle(const Job& job, int status) {
   RunProgress& progress = progress_[job.slot];
   progress.fraction.store(1.0, std::memory_order_relaxed);
   const std::string why = (job.ended_because.empty() ? "its process " + describe_end(status) : job.ended_because);
+  const bool killed = job.ended_because.empty() && WIFSIGNALED(status) && ends_from_outside(WTERMSIG(status));
+  if (progress.disk_refused.load() || (killed && !progress.kept.load())) cut_off_.push_back(job.id);
   // A plugin that calls exit(0) makes the process look successful although its results are missing.
   if (!progress.kept.load()) {
     const std::string early = WIFEXITED(status) && job.ended_because.empty() ? " before the race did" : "";

@@ -70,6 +70,8 @@ class RunProcesses {
   std::string names() const;
   /// What the user should know of runs that ended: "elm, seed 1 is complete; afterwards its process ...".
   const std::vector<std::string>& notes() const { return notes_; }
+  /// Runs that ended for no reason of their own: killed from outside, or the disk refused.
+  const std::vector<RunId>& cut_off() const { return cut_off_; }
 
   /// Throws std::runtime_error when there is no process to be had.
   void start(const RunId& id, const std::string& key, std::size_t slot);
@@ -105,6 +107,7 @@ class RunProcesses {
   std::vector<pid_t> children_before_;  // of this process when the first run was started: not runs
   std::map<pid_t, Job> children_;
   std::vector<std::string> notes_;
+  std::vector<RunId> cut_off_;
 };
 
 }  // namespace gripline

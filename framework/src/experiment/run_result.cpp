@@ -1,7 +1,5 @@
 #include "experiment/run_result.hpp"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -14,6 +12,7 @@
 #include "race/run_files.hpp"
 #include "util/csv.hpp"
 #include "util/csv_writer.hpp"
+#include "util/file_stamp.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline {
@@ -82,26 +81,16 @@ std::vector<std::string> files_of_run(const fs::path& folder) {
 
 /// SHA-256 of a file; read again only when its size, time or place on the disk is another.
 std::string hash_of(const fs::path& file) {
-  struct Known {
-    std::int64_t size, seconds, nanoseconds;
-    std::uint64_t node;
-    std::string hash;
-  };
-  static std::map<fs::path, Known> known;
-  struct stat found {};
-  if (stat(file.c_str(), &found) != 0) return {};
-  Known now{found.st_size, found.st_mtim.tv_sec, found.st_mtim.tv_nsec, found.st_ino, {}};
+  static std::map<fs::path, std::pair<FileStamp, std::string>> known;
+  const std::optional<FileStamp> now = stamp_of(file);
+  if (!now) return {};
   const auto at = known.find(file);
-  const bool same = at != known.end() && at->second.size == now.size && at->second.seconds == now.seconds &&
-                    at->second.nanoseconds == now.nanoseconds && at->second.node == now.node;
-  if (same) return at->second.hash;
+  if (at != known.end() && at->second.first == *now) return at->second.second;
   try {
-    now.hash = sha256_of_file(file);
+    return (known[file] = {*now, sha256_of_file(file)}).second;
   } catch (const InputError&) {
     return {};
   }
-  known[file] = now;
-  return now.hash;
 }
 
 /// As `sha256sum` writes it; empty when the file cannot be read.

@@ -5,9 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <csignal>
-#include <cstring>
 #include <iostream>
 #include <new>
 #include <optional>
@@ -99,8 +97,7 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
   const fs::path out = fs::absolute(out_folder);  // a plugin may change the working folder
   const StackSpec& spec = stack_of(race, id);
   const fs::path partial = partial_folder(out, id);
-  if (!disk().make_folders(partial))
-    throw std::runtime_error("cannot make " + partial.string() + ": " + std::strerror(errno));
+  if (!disk().make_folders(partial)) fail_with_errno("cannot make " + partial.string());
   write_file(partial / run_files::config, to_json_text(race.run_tree(id.stack, id.seed)));
   RunSummary summary;
   summary.stack = id.stack;
@@ -155,6 +152,9 @@ void run_as_process(const RaceSpec& race, const RunId& id, const std::string& ke
   end_at_exit();
   last_call() = &progress->last;
   int code = 0;
+  const auto note_disk = [&](const std::exception& e) {
+    if (dynamic_cast<const DiskError*>(&e) != nullptr) progress->disk_refused.store(true);
+  };
   try {
     std::string why;
     try {
@@ -164,13 +164,15 @@ void run_as_process(const RaceSpec& race, const RunId& id, const std::string& ke
     } catch (const std::bad_alloc&) {
       why = "ran out of memory" + describe_place(progress->last);
     } catch (const std::exception& e) {
+      note_disk(e);
       why = e.what() + describe_place(progress->last) + plugins_of(race, id);
     }
     if (!progress->kept.load() && !why.empty()) {
       keep_broken_run(race, id, out, key, why);
       progress->kept.store(true);
     }
-  } catch (const std::exception&) {
+  } catch (const std::exception& e) {
+    note_disk(e);
     code = run_lost;
   }
   std::cout.flush();

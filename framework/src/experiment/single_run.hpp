@@ -20,7 +20,8 @@ struct RunProgress {
   std::atomic<double> preparing{-1.0};  // share done of what a plugin computes before the first step; negative: nothing
   SharedText what;                      // name of that computation
   LastCall last;
-  std::atomic<bool> kept{false};  // the results are in their folder: a failure after that changes nothing
+  std::atomic<bool> kept{false};          // the results are in their folder: a failure after that changes nothing
+  std::atomic<bool> disk_refused{false};  // what the run could not write (DiskError)
 };
 
 /// Exit code of a run's process that could not even write a summary.

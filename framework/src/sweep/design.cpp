@@ -121,6 +121,13 @@ void require_json_or_word(const std::string& cell) {
     throw InputError("expected JSON in quotes as spreadsheets write it, such as \"{\"\"t\"\": 0}\", found " + cell);
 }
 
+bool names_factor(const std::string& assignment) { return assignment.find('=') == std::string::npos; }
+
+/// Whether what stands at `pointer` is within what stands at `whole`, or is the same.
+bool is_within(std::string_view pointer, std::string_view whole) {
+  return pointer.starts_with(whole) && (pointer.size() == whole.size() || pointer[whole.size()] == '/');
+}
+
 std::uint64_t seed_number(const std::string& text, const std::string& all) {
   std::uint64_t value = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -196,6 +203,60 @@ std::vector<std::uint64_t> parse_seeds(const std::string& text) {
   const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
   if (twice != sorted.end()) throw InputError("--seeds " + text + ": " + std::to_string(*twice) + " is there twice");
   return seeds;
+}
+
+std::vector<std::string> assignments_of(const std::vector<std::string>& given, const Design& design,
+                                        const std::vector<std::string>& values) {
+  const std::vector<Factor>& factors = design.factors();
+  std::vector<std::string> all;
+  std::set<std::string_view> named;
+  for (const std::string& one : given) {
+    if (!names_factor(one)) {
+      all.push_back(one);
+      continue;
+    }
+    const auto factor = std::ranges::find(factors, one, &Factor::pointer);
+    if (factor == factors.end()) throw InputError("--set " + one + ": expected /json/pointer=VALUE");
+    all.push_back(one + "=" + values[static_cast<std::size_t>(factor - factors.begin())]);
+    named.insert(one);
+  }
+  for (std::size_t f = 0; f < factors.size(); ++f)
+    if (!named.contains(factors[f].pointer)) all.push_back(factors[f].pointer + "=" + values[f]);
+  return all;
+}
+
+std::vector<std::string> assignments_of(const std::vector<std::string>& given, const Design& design,
+                                        std::size_t setting) {
+  return assignments_of(given, design, design.setting(setting));
+}
+
+std::size_t constants_before_factors(const std::vector<std::string>& given) {
+  return static_cast<std::size_t>(std::ranges::find_if(given, names_factor) - given.begin());
+}
+
+void require_effect(const std::vector<std::string>& given, const Design& design) {
+  const bool list = design.kind() == Design::Kind::list;
+  std::vector<std::string_view> factors;  // so far
+  const auto use = [&](std::string_view pointer) {
+    for (const std::string_view factor : factors)
+      if (is_within(factor, pointer))
+        throw InputError(std::string(pointer) + " replaces what the factor " + std::string(factor) +
+                         " sets before it; name it first");
+  };
+  for (const std::string& one : given) {
+    const std::string_view pointer = std::string_view(one).substr(0, one.find('='));
+    use(pointer);
+    if (names_factor(one)) factors.push_back(pointer);
+    for (const Factor& column : design.factors())
+      if (list && pointer != column.pointer && is_within(pointer, column.pointer))
+        throw InputError("--set " + std::string(pointer) + ": the list replaces " + column.pointer +
+                         " in every setting, and this with it; make it a column behind that one");
+  }
+  for (const Factor& factor : design.factors())
+    if (std::ranges::find(factors, factor.pointer) == factors.end()) {
+      use(factor.pointer);
+      factors.push_back(factor.pointer);
+    }
 }
 
 std::uint64_t permuted(std::uint64_t index, std::uint64_t count, std::uint64_t seed) {

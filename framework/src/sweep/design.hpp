@@ -58,6 +58,19 @@ class Design {
   std::vector<std::string> rows_;  // of a list
 };
 
+/// Assignments of a sweep stand in the order in which they are carried out: "/pointer=VALUE" is the same in every
+/// setting, a pointer alone is a factor, which has the setting's value; factors that are not named follow. This gives
+/// all of them with these values of the factors. Throws InputError where no factor has such a pointer.
+std::vector<std::string> assignments_of(const std::vector<std::string>& given, const Design& design,
+                                        const std::vector<std::string>& values);
+std::vector<std::string> assignments_of(const std::vector<std::string>& given, const Design& design,
+                                        std::size_t setting);
+/// How many of them stand before the first factor.
+std::size_t constants_before_factors(const std::vector<std::string>& given);
+/// Throws InputError where one would replace what a factor before it sets, and where a list, whose columns are carried
+/// out last, would replace what one of them sets.
+void require_effect(const std::vector<std::string>& given, const Design& design);
+
 /// Position of `index` in a permutation of 0 .. count - 1 that `seed` chooses: a Feistel network over the next power of
 /// four, walked until it stays below `count` (Black, Rogaway, "Ciphers with arbitrary finite domains", 2002).
 std::uint64_t permuted(std::uint64_t index, std::uint64_t count, std::uint64_t seed);

@@ -13,6 +13,8 @@
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "util/csv_writer.hpp"
+#include "util/disk.hpp"
+#include "util/machine.hpp"
 
 namespace gripline::sweep {
 namespace fs = std::filesystem;
@@ -37,15 +39,28 @@ std::string now_text() {
 }
 
 constexpr int still_running = -1;
+constexpr const char* submission_name = "submission.json";
+
+/// Ascending.
+std::vector<std::size_t> numbered_folders(const fs::path& folder) {
+  std::vector<std::size_t> numbers;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed)) {
+    const std::string name = entry.path().filename().string();
+    std::size_t number = 0;
+    const auto [stop, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+    if (error == std::errc() && std::to_string(number) == name && entry.is_directory(failed)) numbers.push_back(number);
+  }
+  std::sort(numbers.begin(), numbers.end());
+  return numbers;
+}
 
 }  // namespace
 
 TaskNote::TaskNote(const Batch& batch, std::size_t task)
     : file_(batch.folder / ("task-" + std::to_string(task) + ".json")), began_(now_text()) {
-  char host[256] = "";
-  gethostname(host, sizeof host - 1);
   const char* const node = std::getenv("SLURMD_NODENAME");
-  node_ = node != nullptr ? node : host;
+  node_ = node != nullptr ? node : this_machine();
   write(still_running, "");
 }
 
@@ -90,26 +105,25 @@ std::vector<std::string> task_troubles(const Batch& batch) {
 std::vector<std::string> batches_in(const fs::path& out) {
   std::vector<std::string> names;
   std::error_code failed;
-  for (const auto& entry : fs::directory_iterator(out / "batches", failed))
-    if (entry.is_directory(failed)) names.push_back(entry.path().filename().string());
-  std::sort(names.begin(), names.end(),
-            [](const std::string& a, const std::string& b) { return std::pair(a.size(), a) < std::pair(b.size(), b); });
+  for (const std::size_t number : numbered_folders(out / "batches")) {
+    const std::string name = std::to_string(number);
+    // Older versions made the folder before what is in it: one that was killed meanwhile left a batch of no use.
+    if (fs::exists(out / "batches" / name / submission_name, failed)) names.push_back(name);
+  }
   return names;
 }
 
 Batch make_batch(const fs::path& out, const std::function<bool(std::uint64_t&)>& next_run, std::size_t chunk,
                  bool repeat_broken) {
-  const std::vector<std::string> before = batches_in(out);
-  std::size_t number = 0;
-  if (!before.empty()) std::from_chars(before.back().data(), before.back().data() + before.back().size(), number);
+  const std::vector<std::size_t> before = numbered_folders(out / "batches");
+  const std::string number = std::to_string(before.empty() ? 1 : before.back() + 1);
   Batch batch;
   batch.out = fs::absolute(out).lexically_normal();
-  batch.folder = batch.out / "batches" / std::to_string(number + 1);
+  batch.folder = batch.out / "batches" / ("." + number + ".partial");
   batch.chunk = std::max<std::size_t>(chunk, 1);
   batch.repeat_broken = repeat_broken;
-  std::error_code failed;
-  fs::create_directories(batch.folder, failed);
-  if (failed) throw std::runtime_error("cannot make " + batch.folder.string() + ": " + failed.message());
+  disk().remove_all(batch.folder);  // of a process that was killed
+  if (!disk().make_folders(batch.folder)) fail_with_errno("cannot make " + batch.folder.string());
   std::uint64_t run = 0;
   if (!next_run(run)) throw std::logic_error("a batch without runs");
   CsvWriter file(batch.folder / "runs", run_text(run));
@@ -121,6 +135,10 @@ Batch make_batch(const fs::path& out, const std::function<bool(std::uint64_t&)>&
   }
   file.finish();
   write_submission(batch, {});
+  const fs::path folder = batch.out / "batches" / number;
+  if (!disk().rename(batch.folder, folder)) fail_with_errno("cannot write " + folder.string());
+  (void)disk().sync_folder(folder.parent_path());  // a batch that a power failure takes away is planned again
+  batch.folder = folder;
   return batch;
 }
 
@@ -131,10 +149,10 @@ Batch read_batch(const fs::path& out, const std::string& number) {
   std::error_code failed;
   batch.runs = static_cast<std::size_t>(fs::file_size(batch.folder / "runs", failed)) / run_line;
   if (failed) throw InputError(batch.folder.string() + " is no batch of a sweep");
-  const Node node = parse_file(batch.folder / "submission.json");
+  const Node node = parse_file(batch.folder / submission_name);
   const Node* const chunk = node.find("chunk");
   if (chunk == nullptr || !chunk->is_number() || chunk->number() < 1)
-    throw InputError((batch.folder / "submission.json").string() + " is not as gripline wrote it");
+    throw InputError((batch.folder / submission_name).string() + " is not as gripline wrote it");
   batch.chunk = static_cast<std::size_t>(chunk->number());
   const Node* const repeat = node.find("repeat_broken");
   batch.repeat_broken = repeat != nullptr && repeat->is_boolean() && repeat->boolean();
@@ -166,11 +184,11 @@ void write_submission(const Batch& batch, const Submission& submission) {
   Node::Array jobs;
   for (const std::string& job : submission.jobs) jobs.emplace_back(job);
   node.set("jobs", Node(std::move(jobs)));
-  write_file(batch.folder / "submission.json", to_json_text(node));
+  write_file(batch.folder / submission_name, to_json_text(node));
 }
 
 Submission read_submission(const Batch& batch) {
-  const Node node = parse_file(batch.folder / "submission.json");
+  const Node node = parse_file(batch.folder / submission_name);
   Submission submission;
   if (const Node* engine = node.find("engine"); engine != nullptr && engine->is_text())
     submission.engine = engine->text();

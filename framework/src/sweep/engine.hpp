@@ -59,11 +59,12 @@ enum TaskExit : int {
 /// A task's work, in this process; `done` is called after every run. Gives a TaskExit.
 using TaskBody = std::function<int(const Batch& batch, std::size_t task, const std::function<void()>& done)>;
 
-/// Makes OUT/batches/<next number>/ with the runs that `next_run` gives until it says false; at least one.
+/// Makes OUT/batches/<next number>/ with the runs that `next_run` gives until it says false; at least one. The folder
+/// appears when it is complete.
 Batch make_batch(const std::filesystem::path& out, const std::function<bool(std::uint64_t&)>& next_run,
                  std::size_t chunk, bool repeat_broken);
 Batch read_batch(const std::filesystem::path& out, const std::string& number);
-/// The numbers of batches that were made, ascending.
+/// The numbers of batches that were made, ascending; what is half made is none of them.
 std::vector<std::string> batches_in(const std::filesystem::path& out);
 /// Run numbers of a task.
 std::vector<std::uint64_t> runs_of(const Batch& batch, std::size_t task);

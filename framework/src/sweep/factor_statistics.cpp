@@ -102,7 +102,7 @@ struct Sample {
 Sample sample_of(const Table& table, std::size_t response, bool repeats = false) {
   Sample sample;
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const double value = table.value[response][row];
+    const double value = table.valid(response, row);
     if (!std::isfinite(value) || (table.repeats[row] && !repeats)) continue;
     sample.rows.push_back(row);
     sample.values.push_back(value);
@@ -295,8 +295,7 @@ Node lines_node(const Table& table, const std::vector<std::size_t>& varying, con
     for (const std::size_t factor : varying) line.emplace_back(static_cast<double>(table.level[factor][row]));
     for (std::size_t r = 0; r < std::min(most_axes, statistics.responses.size()); ++r) {
       const auto found = std::find(table.responses.begin(), table.responses.end(), statistics.responses[r].name);
-      const double value = table.value[static_cast<std::size_t>(found - table.responses.begin())][row];
-      line.push_back(number_or_null(value));
+      line.push_back(number_or_null(table.valid(static_cast<std::size_t>(found - table.responses.begin()), row)));
     }
     lines.emplace_back(std::move(line));
   }

@@ -53,6 +53,7 @@ struct Statistics {
 };
 
 /// Runs of one experiment, setting and row that are equal to the last bit count once, as they are no independent draws.
+/// Runs that broke count in `finished` alone.
 Statistics analyse(const Table& table);
 
 /// OUT/factors.csv, OUT/sensitivity.csv, OUT/best.csv, and OUT/sweep_report.json for the report. Throws

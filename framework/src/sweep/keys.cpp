@@ -2,25 +2,18 @@
 
 #include <algorithm>
 #include <set>
+#include <span>
 
 #include "config/errors.hpp"
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
-#include "config/reader.hpp"
 #include "experiment/experiment.hpp"
 
 namespace gripline::sweep {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr TreeForm forms[] = {
-    {"race", "stacks", true, "seeds"},
-    {"offline_validation", "estimators", false, "seed"},
-    {"force_validation", "stacks", true, "seeds"},
-    {"diagnose", "cases", false, "seed"},
-    {"measured", nullptr, false, nullptr},
-};
 constexpr std::size_t nowhere = ~std::size_t{0};
 
 bool is_no_input(const std::string& member) {
@@ -52,80 +45,78 @@ bool may_hold(const std::string& member, abi::Kind kind) {
   return known == kinds.end() || std::ranges::find(known->second, kind) != known->second.end();
 }
 
-/// Members of the experiment that the factors of a design assign to.
-std::set<std::string> assigned_members(const Design& design) {
-  std::set<std::string> names;
-  for (const Factor& factor : design.factors()) names.insert(split_pointer(factor.pointer).front());
-  return names;
-}
-
-Node row_tree(const Node& tree, const TreeForm& form, const std::string& row) {
-  const Node* const rows = tree.find(form.rows);
+Node row_tree(const Node& tree, const SweptKind& kind, const std::string& row) {
+  const Node* const rows = tree.find(kind.rows);
   const Node* const patch = rows != nullptr ? rows->find(row) : nullptr;
-  if (patch == nullptr) throw InputError("no \"" + row + "\" among the " + form.rows + " of a setting");
-  const Node* const base = form.merges_base ? tree.find("base") : nullptr;
+  if (patch == nullptr) throw InputError("no \"" + row + "\" among the " + kind.rows + " of a setting");
+  const Node* const base = kind.merges_base ? tree.find("base") : nullptr;
   return base != nullptr ? merge(*base, *patch) : *patch;
 }
 
 }  // namespace
 
-const TreeForm& form_of(const Node& tree) {
-  const Node* const kind = tree.find("kind");
-  if (kind == nullptr || kind->is_null()) return forms[0];
-  std::vector<std::string> names;
-  for (const TreeForm& form : forms) names.emplace_back(form.kind);
-  Errors errors;
-  const std::size_t index = read_choice(*kind, names, errors);
-  errors.throw_if_any();
-  return forms[index];
-}
-
 Trees::Trees(const Sweep& sweep) : sweep_(sweep), at_(sweep.parts.size(), nowhere) {
+  const std::vector<std::string> all = assignments_of(sweep.assignments, sweep.design, 0);
+  fixed_ = constants_before_factors(sweep.assignments);
+  for (std::size_t i = fixed_; i < all.size(); ++i)
+    changing_.insert(split_pointer(all[i].substr(0, all[i].find('='))).front());
   for (const Part& part : sweep.parts) {
-    trees_.push_back(load_experiment(part.file, sweep.assignments));
-    forms_.push_back(&form_of(trees_.back()));
+    trees_.push_back(load_experiment(part.file, std::span(all).first(fixed_)));
+    Node kept = Node::empty_object();
+    for (const std::string& member : changing_)
+      if (const Node* const value = trees_.back().find(member); value != nullptr) kept.set(member, *value);
+    untouched_.push_back(std::move(kept));
+    kinds_.push_back(&kind_named(part.kind));
   }
 }
 
 const Node& Trees::setting(std::size_t part, std::size_t setting) {
-  if (at_[part] == setting) return trees_[part];
-  // In place: every setting assigns every factor, in the same order, so that nothing of the previous setting remains.
-  const std::vector<std::string> values = sweep_.design.setting(setting);
+  Node& tree = trees_[part];
+  if (at_[part] == setting) return tree;
   at_[part] = nowhere;
-  for (std::size_t f = 0; f < values.size(); ++f)
-    assign_in_experiment(trees_[part], sweep_.design.factors()[f].pointer + "=" + values[f]);
+  for (const std::string& member : changing_)
+    if (const Node* const value = untouched_[part].find(member); value != nullptr)
+      tree.set(member, *value);
+    else
+      tree.erase(member);
+  const std::vector<std::string> all = assignments_of(sweep_.assignments, sweep_.design, setting);
+  for (std::size_t i = fixed_; i < all.size(); ++i) assign_in_experiment(tree, all[i]);
   at_[part] = setting;
-  return trees_[part];
+  return tree;
 }
 
 Node Trees::run_tree(const RunAt& run, const std::vector<std::string>& rows) {
   const Node& tree = setting(run.part, run.setting);
-  const TreeForm& form = *forms_[run.part];
+  const SweptKind& kind = *kinds_[run.part];
   Node one(Node::Object{}, tree.origin);
   for (const Member& member : tree.object())
-    if (!is_no_input(member.key) && (form.rows == nullptr || member.key != form.rows) &&
-        !(form.merges_base && member.key == "base"))
+    if (!is_no_input(member.key) && (kind.rows == nullptr || member.key != kind.rows) &&
+        !(kind.merges_base && member.key == "base"))
       one.set(member.key, member.value);
-  if (form.rows != nullptr) {
+  if (kind.rows != nullptr) {
     Node chosen = Node::empty_object();
-    for (const std::string& row : rows) chosen.set(row, row_tree(tree, form, row));
-    one.set(form.rows, std::move(chosen));
+    for (const std::string& row : rows) chosen.set(row, row_tree(tree, kind, row));
+    one.set(kind.rows, std::move(chosen));
   }
-  if (form.seeds == nullptr) return one;
+  if (kind.seeds == nullptr) return one;
   Node seed(static_cast<double>(run.seed));
-  if (std::string_view(form.seeds) == "seeds") {
+  if (std::string_view(kind.seeds) == "seeds") {
     Node seeds = Node::empty_object();
     seeds.set("first", std::move(seed));
     seeds.set("count", Node(1.0));
     seed = std::move(seeds);
   }
-  one.set(form.seeds, std::move(seed));
+  one.set(kind.seeds, std::move(seed));
   return one;
 }
 
 Keys::Keys(const Sweep& sweep, const Registry& registry)
     : sweep_(sweep), trees_(sweep), registry_(registry), unchanged_(sweep.parts.size()) {
   for (const PluginEntry& entry : registry.entries()) plugins_.emplace(entry.decl->id, &entry);
+}
+
+bool Keys::files_unchanged() const {
+  return std::ranges::all_of(files_, [&](const auto& one) { return hashes_.unchanged(one.first); });
 }
 
 std::string Keys::library_text(const std::set<fs::path>& used) {
@@ -191,19 +182,18 @@ std::string Keys::effects_text() {
 const std::string& Keys::common_text(std::size_t part, std::size_t setting) {
   if (part == part_ && setting == setting_) return common_;
   const Node& tree = trees_.setting(part, setting);
-  const TreeForm& form = trees_.form(part);
-  const std::set<std::string> changing = assigned_members(sweep_.design);
+  const SweptKind& kind = trees_.kind(part);
   std::map<std::string, std::string> texts;
   for (const Member& member : tree.object()) {
-    const bool row = (form.rows != nullptr && member.key == form.rows) || (form.merges_base && member.key == "base");
-    const bool seed = form.seeds != nullptr && member.key == form.seeds;
+    const bool row = (kind.rows != nullptr && member.key == kind.rows) || (kind.merges_base && member.key == "base");
+    const bool seed = kind.seeds != nullptr && member.key == kind.seeds;
     if (row || seed || is_no_input(member.key) || member.value.is_null()) continue;
     std::string& known = unchanged_[part][member.key];
-    if (known.empty() || changing.contains(member.key)) known = part_text(member.key, member.value);
+    if (known.empty() || trees_.changing().contains(member.key)) known = part_text(member.key, member.value);
     texts[member.key] = known;
   }
-  common_ = sweep_.program + "\n" + form.kind;
-  if (std::string_view(form.kind) == "diagnose") common_ += effects_text();
+  common_ = sweep_.program + "\n" + kind.name;
+  if (kind.tries_effects) common_ += effects_text();
   for (const auto& [name, text] : texts) common_ += "\n" + name + "\n" + text;
   part_ = part;
   setting_ = setting;
@@ -214,11 +204,11 @@ const std::string& Keys::common_text(std::size_t part, std::size_t setting) {
 std::string Keys::key(const RunAt& run) {
   const std::string& common = common_text(run.part, run.setting);
   if (row_index_ != run.row) {
-    const TreeForm& form = trees_.form(run.part);
+    const SweptKind& kind = trees_.kind(run.part);
     std::string text = common;
-    if (form.rows != nullptr) {
+    if (kind.rows != nullptr) {
       const std::string& name = sweep_.row_of(run);
-      text += "\n" + name + "\n" + part_text(form.rows, row_tree(trees_.setting(run.part, run.setting), form, name));
+      text += "\n" + name + "\n" + part_text(kind.rows, row_tree(trees_.setting(run.part, run.setting), kind, name));
     }
     row_ = sha256_hex(text);
     row_index_ = run.row;

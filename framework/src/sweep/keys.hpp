@@ -10,19 +10,10 @@
 #include "config/node.hpp"
 #include "experiment/run_key.hpp"
 #include "plugin/registry.hpp"
+#include "sweep/kinds.hpp"
 #include "sweep/sweep.hpp"
 
 namespace gripline::sweep {
-
-/// Where an experiment of a kind keeps its rows and its seed.
-struct TreeForm {
-  const char* kind;
-  const char* rows;   // member whose members are rows: "stacks", "cases", "estimators"; null: one row without a name
-  bool merges_base;   // rows are merge patches on "base"
-  const char* seeds;  // "seeds" {first, count}, "seed", or null: it draws nothing
-};
-/// Throws InputError at the tree's "kind".
-const TreeForm& form_of(const Node& tree);
 
 /// Expanded trees, one setting at a time; runs should be asked for in their order.
 class Trees {
@@ -34,12 +25,17 @@ class Trees {
   const Node& setting(std::size_t part, std::size_t setting);
   /// The experiment of a run: its setting with these rows only, one seed, and without claims.
   Node run_tree(const RunAt& run, const std::vector<std::string>& rows);
-  const TreeForm& form(std::size_t part) const { return *forms_[part]; }
+  const SweptKind& kind(std::size_t part) const { return *kinds_[part]; }
+  /// Members of the experiments that may differ between settings.
+  const std::set<std::string>& changing() const { return changing_; }
 
  private:
   const Sweep& sweep_;
+  std::size_t fixed_ = 0;  // assignments that are carried out once, before the first factor
+  std::set<std::string> changing_;
   std::vector<Node> trees_;
-  std::vector<const TreeForm*> forms_;
+  std::vector<Node> untouched_;  // the changing members of each, as they were before the first setting
+  std::vector<const SweptKind*> kinds_;
   std::vector<std::size_t> at_;  // which setting each tree stands at
 };
 
@@ -55,6 +51,9 @@ class Keys {
   /// File names and SHA-256 of every library that the keys asked for so far include.
   const Libraries& libraries() const { return libraries_; }
   FileHashes& hashes() { return hashes_; }
+  /// Whether the files that the keys asked for so far include are still those that were hashed. Libraries are not asked:
+  /// a process goes on with those that it has loaded.
+  bool files_unchanged() const;
 
  private:
   /// A file's bytes and, of JSON, what it is with all it extends.
@@ -78,7 +77,7 @@ class Keys {
   Libraries libraries_;                                        // in use
   std::map<std::filesystem::path, NamedFile> files_;           // read so far
   std::multimap<std::string, const PluginEntry*> plugins_;     // by id, which several kinds may share
-  std::vector<std::map<std::string, std::string>> unchanged_;  // texts of members that no factor reaches
+  std::vector<std::map<std::string, std::string>> unchanged_;  // texts of members that no setting changes
   std::string common_, row_;                                   // of the last run asked for
   std::size_t part_ = ~std::size_t{0}, setting_ = 0, row_index_ = ~std::size_t{0};
 };

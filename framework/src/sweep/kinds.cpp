@@ -1,12 +1,13 @@
 #include "sweep/kinds.hpp"
 
-#include <unistd.h>
-
+#include <atomic>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
 
 #include "calibrate/measured_kind/measured_experiment.hpp"
+#include "config/errors.hpp"
+#include "config/reader.hpp"
 #include "diagnose/scoring/diagnose_experiment.hpp"
 #include "experiment/experiment.hpp"
 #include "experiment/force_validation.hpp"
@@ -14,21 +15,18 @@
 #include "experiment/race_columns.hpp"
 #include "experiment/race_results.hpp"
 #include "experiment/race_runner.hpp"
+#include "experiment/run_folder.hpp"
 #include "util/child_process.hpp"
 #include "util/clock.hpp"
 #include "util/disk.hpp"
+#include "util/machine.hpp"
+#include "util/shared_array.hpp"
 
 namespace gripline::sweep {
 namespace fs = std::filesystem;
 namespace {
 
 constexpr double silence_s = 3600;  // time limit of kinds other than races, whose simulations end by themselves
-
-std::string this_machine() {
-  char host[256] = "";
-  gethostname(host, sizeof host - 1);
-  return host;
-}
 
 Record record_of(const RaceSpec& race, const RunResult& result) {
   Record record;
@@ -54,7 +52,36 @@ Values score_values(const std::vector<ChannelScore>& scores) {
   return values;
 }
 
-Values measured_values(const Node& tree, const Registry& registry) {
+void check_race(const fs::path& file, Node tree, const Registry& registry) {
+  (void)read_race(file, std::move(tree), registry);
+}
+
+void check_estimators(const fs::path&, Node tree, const Registry& registry) { check_offline(tree, registry); }
+
+Values run_estimator(const fs::path&, const Node& tree, const Registry& registry, const fs::path& scratch) {
+  return score_values(validate_offline(tree, registry, scratch));
+}
+
+Values run_forces(const fs::path& file, const Node& tree, const Registry& registry, const fs::path& scratch) {
+  const RaceSpec race = read_race(file, tree, registry);
+  std::vector<std::string> rows;
+  for (const StackSpec& stack : race.stacks) rows.push_back(stack.name);
+  return score_values(validate_forces(race, rows, scratch).scores);
+}
+
+void check_cases(const fs::path&, Node tree, const Registry& registry) {
+  diagnose::check_diagnose_experiment(tree, registry);
+}
+
+Values run_case(const fs::path&, const Node& tree, const Registry& registry, const fs::path& scratch) {
+  return diagnose::run_diagnose_experiment(tree, registry, scratch).cases.at(0).values;
+}
+
+void check_measured(const fs::path&, Node tree, const Registry& registry) {
+  (void)calibrate::read_measured(tree, registry);
+}
+
+Values run_measured(const fs::path&, const Node& tree, const Registry& registry, const fs::path&) {
   const calibrate::MeasuredOutcome outcome =
       calibrate::run_measured(calibrate::read_measured(tree, registry), registry, {});
   Values values;
@@ -68,82 +95,84 @@ Values measured_values(const Node& tree, const Registry& registry) {
   return values;
 }
 
-Values values_of_kind(const fs::path& file, const std::string& kind, const Node& tree, const Registry& registry,
-                      const fs::path& scratch) {
-  if (kind == "offline_validation") return score_values(validate_offline(tree, registry, scratch));
-  if (kind == "force_validation") {
-    const RaceSpec race = read_race(file, tree, registry);
-    std::vector<std::string> rows;
-    for (const StackSpec& stack : race.stacks) rows.push_back(stack.name);
-    return score_values(validate_forces(race, rows, scratch).scores);
-  }
-  if (kind == "diagnose") return diagnose::run_diagnose_experiment(tree, registry, scratch).cases.at(0).values;
-  if (kind == "measured") return measured_values(tree, registry);
-  throw std::logic_error("no run of kind " + kind);
-}
+constexpr SweptKind kinds[] = {
+    {"race", "stacks", true, "seeds", false, check_race, nullptr},  // the one of an experiment that says none
+    {"offline_validation", "estimators", false, "seed", false, check_estimators, run_estimator},
+    {"force_validation", "stacks", true, "seeds", false, check_race, run_forces},
+    {"diagnose", "cases", false, "seed", true, check_cases, run_case},
+    {"measured", nullptr, false, nullptr, false, check_measured, run_measured},
+};
 
 }  // namespace
 
-void check_experiment(const fs::path& file, Node tree, const Registry& registry) {
-  const std::string kind = experiment_kind(tree);
-  if (kind == "offline_validation")
-    check_offline(tree, registry);
-  else if (kind == "diagnose")
-    diagnose::check_diagnose_experiment(tree, registry);
-  else if (kind == "measured")
-    calibrate::read_measured(tree, registry);
-  else
-    read_race(file, std::move(tree), registry);
+const SweptKind& kind_of(const Node& tree) {
+  const Node* const kind = tree.find("kind");
+  if (kind == nullptr || kind->is_null()) return kinds[0];
+  std::vector<std::string> names;
+  for (const SweptKind& one : kinds) names.emplace_back(one.name);
+  Errors errors;
+  const std::size_t index = read_choice(*kind, names, errors);
+  errors.throw_if_any();
+  return kinds[index];
+}
+
+const SweptKind& kind_named(std::string_view name) {
+  for (const SweptKind& one : kinds)
+    if (one.name == name) return one;
+  throw InputError("no kind of experiment is called \"" + std::string(name) + "\"");
 }
 
 RaceRuns::RaceRuns(const fs::path& file, Node tree, const Registry& registry)
     : race_(read_race(file, std::move(tree), registry)) {}
 
-Record RaceRuns::run(const std::string& row, std::uint64_t seed, const fs::path& scratch, const RunLimits& limits,
-                     FileHashes& hashes, bool& interrupted) const {
+Attempt RaceRuns::run(const std::string& row, std::uint64_t seed, const fs::path& scratch, const RunLimits& limits,
+                      FileHashes& hashes) const {
   const double before = children_cpu_s();
+  const RunId id = {row, seed};
   RunnerOptions options{scratch, 1, false, limits.timeout_s, limits.memory_mb, &hashes};
-  const RunnerOutcome outcome = run_all(race_, {{row, seed}}, options);
-  interrupted = outcome.interrupted;
-  Record record;
-  if (!outcome.runs.empty()) record = record_of(race_, outcome.runs.front());
-  record.times.emplace_back("cpu_s", children_cpu_s() - before);
-  record.node = this_machine();
-  return record;
+  const RunnerOutcome outcome = run_all(race_, {id}, options);
+  Attempt attempt;
+  attempt.files = run_folder(scratch, id);
+  attempt.interrupted = outcome.interrupted;
+  attempt.cut_off = !outcome.cut_off.empty();
+  if (!outcome.runs.empty()) attempt.record = record_of(race_, outcome.runs.front());
+  attempt.record.times.emplace_back("cpu_s", children_cpu_s() - before);
+  attempt.record.node = this_machine();
+  return attempt;
 }
 
-Record run_other(const fs::path& file, const std::string& kind, const Node& tree, const Registry& registry,
-                 const fs::path& scratch, const RunLimits& limits) {
+Attempt run_other(const fs::path& file, const SweptKind& kind, const Node& tree, const Registry& registry,
+                  const fs::path& scratch, const RunLimits& limits) {
   const double before = children_cpu_s();
-  Record record;
-  const ChildResult result =
-      run_in_child(limits.timeout_s > 0 ? limits.timeout_s : silence_s, [&](const SendMessage& send) {
-        limit_data(limits.memory_mb);
-        if (!disk().make_folders(scratch)) throw std::runtime_error("cannot make " + scratch.string());
-        for (const auto& [name, value] : values_of_kind(file, kind, tree, registry, scratch))
-          if (std::isfinite(value)) send(name + "=" + number_text(value));
-      });
+  SharedArray<std::atomic<bool>> disk_refused(1);
+  const auto work = [&](const SendMessage& send) {
+    limit_data(limits.memory_mb);
+    try {
+      if (!disk().make_folders(scratch)) fail_with_errno("cannot make " + scratch.string());
+      for (const auto& [name, value] : kind.run(file, tree, registry, scratch))
+        if (std::isfinite(value)) send(name + "=" + number_text(value));
+    } catch (const DiskError&) {
+      disk_refused[0].store(true);
+      throw;
+    }
+  };
+  const ChildResult result = run_in_child(limits.timeout_s > 0 ? limits.timeout_s : silence_s, work);
+  Attempt attempt;
+  attempt.files = scratch;
+  attempt.cut_off = !result.completed && (disk_refused[0].load() || ends_from_outside(result.signal));
+  Record& record = attempt.record;
+  record.status = result.completed ? "done" : "error";
+  record.message = result.failure;
   for (const std::string& message : result.messages) {
+    if (!result.completed) break;
     const std::size_t equals = message.rfind('=');
     double value = 0;
     std::from_chars(message.data() + equals + 1, message.data() + message.size(), value);
     record.values.emplace_back(message.substr(0, equals), value);
   }
-  record.status = result.completed ? "done" : "error";
-  if (!result.completed) {
-    record.message = result.failure;
-    record.values.clear();
-  }
   record.times.emplace_back("cpu_s", children_cpu_s() - before);
   record.node = this_machine();
-  return record;
-}
-
-bool may_be_retried(const Record& record) {
-  // The words of describe_end(): the process was killed by a user, or by the system when memory ran out.
-  return record.broken() && (record.message.find("was ended by signal 9 ") != std::string::npos ||
-                             record.message.find("was ended by signal 15 ") != std::string::npos ||
-                             record.message.find("cannot write ") != std::string::npos);
+  return attempt;
 }
 
 }  // namespace gripline::sweep

@@ -57,6 +57,7 @@ class Filler {
     table_.seed.push_back(run.seed);
     table_.drive.push_back(drive_number(record.drive));
     table_.repeats.push_back(is_repeat(run, table_.drive.back()));
+    table_.broken.push_back(record.broken());
     for (const auto& [name, value] : record.values) {
       const auto [found, fresh] = responses_.try_emplace(name, table_.responses.size());
       if (fresh) {
@@ -95,24 +96,6 @@ class Filler {
   std::unordered_set<std::uint64_t> drives_;  // there
 };
 
-/// A table written aside and put in its place whole.
-class WholeFile {
- public:
-  WholeFile(fs::path file, std::string_view header)
-      : file_(std::move(file)), aside_(file_.string() + ".partial"), csv_(aside_, header) {}
-  CsvWriter& csv() { return csv_; }
-  void finish() {
-    csv_.finish();
-    std::error_code failed;
-    fs::rename(aside_, file_, failed);
-    if (failed) throw std::runtime_error("cannot write " + file_.string() + ": " + failed.message());
-  }
-
- private:
-  fs::path file_, aside_;
-  CsvWriter csv_;
-};
-
 void put_number(CsvWriter& csv, double value) {
   if (value == std::floor(value) && std::abs(value) < 1e15)
     csv << static_cast<std::int64_t>(value);
@@ -136,9 +119,9 @@ void write_table(const fs::path& out, const Table& table, const std::vector<RowH
   for (const std::string& factor : table.factors) header += "," + csv_cell(factor);
   header += ",seed,status";
   for (const std::string& response : table.responses) header += "," + csv_cell(response);
-  WholeFile file(out / "table.csv", header);
+  WholeFile file(out / "table.csv");
+  CsvWriter csv(file, header);
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    CsvWriter& csv = file.csv();
     csv << static_cast<std::int64_t>(heads[row].run);
     for (std::size_t f = 0; f < table.factors.size(); ++f)
       csv << std::string_view(csv_cell(table.levels[f][table.level[f][row]]));
@@ -151,29 +134,35 @@ void write_table(const fs::path& out, const Table& table, const std::vector<RowH
 
 }  // namespace
 
+double Table::valid(std::size_t response, std::size_t row) const {
+  return broken[row] && responses[response] != "finished" ? not_a_number : value[response][row];
+}
+
 MergeOutcome merge_records(const fs::path& out, const Sweep& sweep, Table& table,
                            const std::function<void(std::size_t, std::size_t)>& progress) {
-  const KeyFile keys(out);
+  const KeyFile keys(out, sweep);
   const Store store(out);
   MergeOutcome outcome;
   outcome.runs = sweep.size();
   Filler filler(sweep, table);
   std::vector<RowHead> heads;
-  WholeFile timing(out / "timing.csv", "run,cpu_s,solve_ms_median,solve_ms_p99,node");
-  WholeFile missing(out / "missing.csv", "run,experiment,setting,stack,seed,what,message");
+  WholeFile timing_file(out / "timing.csv"), missing_file(out / "missing.csv");
+  CsvWriter timing(timing_file, "run,cpu_s,solve_ms_median,solve_ms_p99,node");
+  CsvWriter missing(missing_file, "run,experiment,setting,stack,seed,what,message");
   const auto note_missing = [&](const RunAt& run, std::string_view what, const std::string& message) {
-    missing.csv() << static_cast<std::int64_t>(run.index) << std::string_view(csv_cell(sweep.parts[run.part].name))
-                  << static_cast<std::int64_t>(run.setting) << std::string_view(csv_cell(sweep.row_of(run)))
-                  << static_cast<std::int64_t>(run.seed) << what << std::string_view(csv_cell(message));
-    missing.csv().end_row();
+    missing << static_cast<std::int64_t>(run.index) << std::string_view(csv_cell(sweep.parts[run.part].name))
+            << static_cast<std::int64_t>(run.setting) << std::string_view(csv_cell(sweep.row_of(run)))
+            << static_cast<std::int64_t>(run.seed) << what << std::string_view(csv_cell(message));
+    missing.end_row();
   };
   for (std::size_t i = 0; i < outcome.runs; ++i) {
     const RunAt run = sweep.at(i);
-    const std::optional<Record> record = store.read(keys.key(i));
+    const std::string key = keys.key(i);
+    const std::optional<Record> record = store.read(key);
     if (progress) progress(i, outcome.runs);
     if (!record) {
       ++outcome.missing;
-      note_missing(run, "missing", "");
+      note_missing(run, "missing", store.why_missing(key));
       continue;
     }
     if (record->broken()) {
@@ -186,14 +175,14 @@ MergeOutcome merge_records(const fs::path& out, const Sweep& sweep, Table& table
     heads.push_back({i, record->status});
     const double cpu = time_of(*record, "cpu_s");
     if (std::isfinite(cpu)) outcome.cpu_s += cpu;
-    timing.csv() << static_cast<std::int64_t>(i) << cpu << time_of(*record, "solve_ms_median")
-                 << time_of(*record, "solve_ms_p99") << std::string_view(csv_cell(record->node));
-    timing.csv().end_row();
+    timing << static_cast<std::int64_t>(i) << cpu << time_of(*record, "solve_ms_median")
+           << time_of(*record, "solve_ms_p99") << std::string_view(csv_cell(record->node));
+    timing.end_row();
   }
   filler.finish();
   write_table(out, table, heads);
-  timing.finish();
-  missing.finish();
+  timing_file.finish();
+  missing_file.finish();
   return outcome;
 }
 

@@ -25,9 +25,12 @@ struct Table {
   std::vector<std::uint64_t> seed;                // by row
   std::vector<std::uint64_t> drive;               // by row: what it did, as a number; 0 is not known
   std::vector<bool> repeats;                      // by row: equals an earlier one of its setting to the last bit
+  std::vector<bool> broken;                       // by row: it did not come to its end
   std::vector<std::string> responses;             // columns of numbers
   std::vector<std::vector<double>> value;         // by response and row, NaN where there is none
   std::size_t rows() const { return seed.size(); }
+  /// A value that counts: what a run that broke had done until then says nothing but that it did not finish.
+  double valid(std::size_t response, std::size_t row) const;
 };
 
 /// Writes OUT/table.csv (one row per run that has a record: equal bytes however and wherever the runs were made),

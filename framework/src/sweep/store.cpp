@@ -4,13 +4,15 @@
 
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 
 #include "config/errors.hpp"
+#include "config/files.hpp"
 #include "config/hash.hpp"
 #include "config/json_file.hpp"
 #include "util/disk.hpp"
+#include "util/machine.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::sweep {
 namespace fs = std::filesystem;
@@ -50,16 +52,10 @@ std::string record_text(const Record& record) {
   return to_json_text(node);
 }
 
-[[noreturn]] void fail(const fs::path& file) {
-  throw std::runtime_error("cannot write " + file.string() + ": " + std::strerror(errno));
-}
+[[noreturn]] void fail(const fs::path& file) { fail_with_errno("cannot write " + file.string()); }
 
 /// A name with this machine and process in it, so that no other process writes to the same file.
-std::string own_name() {
-  char host[256] = "";
-  gethostname(host, sizeof host - 1);
-  return std::string(host) + "." + std::to_string(getpid());
-}
+std::string own_name() { return this_machine() + "." + std::to_string(getpid()); }
 
 }  // namespace
 
@@ -108,6 +104,26 @@ void Store::write(const Record& record) const {
   }
   (void)disk().sync_folder(file.parent_path());  // if the rename is lost by a power failure, the run is done again
   if (!record.broken()) disk().remove_all(place(record.key, true));
+  disk().remove_all(note_of(record.key));
+}
+
+fs::path Store::note_of(const std::string& key) const { return results_ / key.substr(0, 2) / (key + ".missing.txt"); }
+
+void Store::note_missing(const std::string& key, const std::string& why) const {
+  try {
+    if (disk().make_folders(note_of(key).parent_path())) write_file(note_of(key), why);
+  } catch (const std::runtime_error&) {
+  }
+}
+
+std::string Store::why_missing(const std::string& key) const {
+  const fs::path file = note_of(key);
+  if (access(file.c_str(), F_OK) != 0) return {};
+  try {
+    return read_bytes(file);
+  } catch (const InputError&) {
+    return {};
+  }
 }
 
 void Store::remove_partial() const {

@@ -23,7 +23,8 @@ struct Record {
   bool broken() const { return status == "error" || status == "plugin_error"; }
 };
 
-/// OUT/results/<first two digits of the key>/<key>.json, and <key>.broken.json of runs that broke.
+/// OUT/results/<first two digits of the key>/<key>.json, <key>.broken.json of runs that broke, and <key>.missing.txt of
+/// runs that were tried and are to be had by another try.
 class Store {
  public:
   explicit Store(const std::filesystem::path& out) : results_(out / "results") {}
@@ -34,11 +35,16 @@ class Store {
   /// Written aside under a name of this process's own, synced, then renamed: two that write the same run do no harm.
   /// Throws std::runtime_error.
   void write(const Record& record) const;
+  /// Why a run has no record, for missing.csv, until it has one. A note that cannot be written is no loss.
+  void note_missing(const std::string& key, const std::string& why) const;
+  /// Empty where nobody knows.
+  std::string why_missing(const std::string& key) const;
   /// What processes that were killed left half written.
   void remove_partial() const;
 
  private:
   std::filesystem::path place(const std::string& key, bool broken) const;
+  std::filesystem::path note_of(const std::string& key) const;
   std::filesystem::path results_;
 };
 

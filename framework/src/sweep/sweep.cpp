@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <functional>
+#include <fstream>
 #include <set>
 #include <stdexcept>
 
@@ -19,8 +19,8 @@
 #include "experiment/experiment.hpp"
 #include "sweep/keys.hpp"
 #include "sweep/kinds.hpp"
-#include "util/csv_writer.hpp"
 #include "util/made_folders.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::sweep {
 namespace fs = std::filesystem;
@@ -38,28 +38,23 @@ std::vector<std::string> texts_of(const Node& node) {
 }
 
 /// Seeds of an experiment's tree as it stands.
-std::vector<std::uint64_t> own_seeds(const Node& tree, const TreeForm& form) {
-  if (form.seeds == nullptr) return {1};
-  const Node* const node = tree.find(form.seeds);
+std::vector<std::uint64_t> own_seeds(const Node& tree, const SweptKind& kind) {
+  const Node* const node = kind.seeds != nullptr ? tree.find(kind.seeds) : nullptr;
+  if (node == nullptr || node->is_null()) return {1};
   Errors errors;
-  std::int64_t first = 1, count = 1;
-  if (node != nullptr && std::string_view(form.seeds) == "seed") first = read_integer(*node, {0, largest_seed}, errors);
-  if (node != nullptr && std::string_view(form.seeds) == "seeds") {
-    ObjectReader seeds(*node, errors);
-    first = seeds.integer("first", {0, largest_seed}, 1);
-    count = seeds.integer("count", {1, 100'000}, 1);
-    seeds.finish();
-  }
+  std::vector<std::uint64_t> seeds;
+  if (std::string_view(kind.seeds) == "seeds")
+    seeds = read_seeds(*node, errors);
+  else
+    seeds = {static_cast<std::uint64_t>(read_integer(*node, {0, largest_seed}, errors))};
   errors.throw_if_any();
-  std::vector<std::uint64_t> all;
-  for (std::int64_t i = 0; i < count; ++i) all.push_back(static_cast<std::uint64_t>(first + i));
-  return all;
+  return seeds;
 }
 
-std::vector<std::string> all_rows(const Node& tree, const TreeForm& form) {
-  if (form.rows == nullptr) return {""};
+std::vector<std::string> all_rows(const Node& tree, const SweptKind& kind) {
+  if (kind.rows == nullptr) return {""};
   std::vector<std::string> names;
-  const Node* const rows = tree.find(form.rows);
+  const Node* const rows = tree.find(kind.rows);
   if (rows != nullptr && rows->is_object())
     for (const Member& member : rows->object())
       if (member.key != "note" && !member.value.is_null()) names.push_back(member.key);
@@ -85,8 +80,9 @@ void try_reading(const Part& part, const std::vector<std::string>& assignments, 
                  const Registry& registry) {
   const auto read = [&](std::span<const std::string> some) {
     Node tree = load_experiment(part.file, some);
-    if (!seeds_text.empty() && form_of(tree).seeds != nullptr) require_drawn_seeds_fit(tree, seeds_text);
-    check_experiment(part.file, std::move(tree), registry);
+    const SweptKind& kind = kind_of(tree);
+    if (!seeds_text.empty() && kind.seeds != nullptr) require_drawn_seeds_fit(tree, seeds_text);
+    kind.check(part.file, std::move(tree), registry);
   };
   try {
     read(assignments);
@@ -117,10 +113,7 @@ std::vector<std::vector<std::string>> settings_to_try(const Design& design) {
 void try_settings(const Sweep& sweep, const Registry& registry) {
   for (const Part& part : sweep.parts)
     for (const std::vector<std::string>& values : settings_to_try(sweep.design)) {
-      std::vector<std::string> assignments = sweep.assignments;
-      for (std::size_t f = 0; f < values.size(); ++f)
-        assignments.push_back(sweep.design.factors()[f].pointer + "=" + values[f]);
-      try_reading(part, assignments, sweep.seeds_from, registry);
+      try_reading(part, assignments_of(sweep.assignments, sweep.design, values), sweep.seeds_from, registry);
     }
 }
 
@@ -134,21 +127,17 @@ void read_parts(const Request& request, Sweep& sweep) {
     if (std::any_of(sweep.parts.begin(), sweep.parts.end(), same)) part.name = shown(file);
     if (std::any_of(sweep.parts.begin(), sweep.parts.end(), same)) throw InputError(shown(file) + " is named twice");
     // With the first setting, which may be what makes the experiment complete.
-    std::vector<std::string> assignments = request.assignments;
-    const std::vector<std::string> first = request.design.setting(0);
-    for (std::size_t f = 0; f < first.size(); ++f)
-      assignments.push_back(request.design.factors()[f].pointer + "=" + first[f]);
-    const Node tree = load_experiment(file, assignments);
-    const TreeForm& form = form_of(tree);
-    part.kind = form.kind;
-    const std::vector<std::string> rows = all_rows(tree, form);
+    const Node tree = load_experiment(file, assignments_of(request.assignments, request.design, 0));
+    const SweptKind& kind = kind_of(tree);
+    part.kind = kind.name;
+    const std::vector<std::string> rows = all_rows(tree, kind);
     known.insert(known.end(), rows.begin(), rows.end());
     part.rows = chosen_rows(rows, request.only);
-    if (request.seeds && form.seeds == nullptr)
-      throw InputError("--seeds: " + shown(file) + " is an experiment of kind \"" + form.kind +
+    if (request.seeds && kind.seeds == nullptr)
+      throw InputError("--seeds: " + shown(file) + " is an experiment of kind \"" + kind.name +
                        "\", which draws nothing");
-    part.seeds = request.seeds ? *request.seeds : own_seeds(tree, form);
-    if (!request.seeds_from.empty() && form.seeds != nullptr)
+    part.seeds = request.seeds ? *request.seeds : own_seeds(tree, kind);
+    if (!request.seeds_from.empty() && kind.seeds != nullptr)
       part.seeds = seeds_from(request.seeds_from, part.seeds.size());
     sweep.parts.push_back(std::move(part));
   }
@@ -217,31 +206,46 @@ Node manifest_node(const Sweep& sweep) {
   node.set("version", Node(sweep.version));
   node.set("program", Node(sweep.program));
   node.set("libraries", libraries_node(sweep.libraries));
+  node.set("keys_sha256", Node(sweep.keys_sha256));
   return node;
 }
 
-/// Keys of all runs into a file aside, then in its place; no more than one line is held.
-void write_keys(const fs::path& out, Keys& keys, const Sweep& sweep) {
-  fs::path aside = out / (std::string(keys_name) + ".partial");
-  std::size_t next = 0;
+/// Keys of all runs; no more than a few lines are held. Gives the file's SHA-256.
+std::string write_keys(const fs::path& out, Keys& keys, const Sweep& sweep) {
+  constexpr std::size_t together = 256;
+  WholeFile file(out / keys_name);
+  Sha256 hash;
   const std::size_t count = sweep.size();
-  {
-    CsvWriter file(aside, keys.key(sweep.at(next++)));
-    while (next < count) {
-      constexpr std::size_t together = 256;
-      std::string block;
-      for (const std::size_t end = std::min(count, next + together); next < end; ++next) {
-        if (!block.empty()) block += '\n';
-        block += keys.key(sweep.at(next));
-      }
-      file << std::string_view(block);
-      file.end_row();
-    }
-    file.finish();
+  for (std::size_t next = 0; next < count;) {
+    std::string block;
+    for (const std::size_t end = std::min(count, next + together); next < end; ++next)
+      block += keys.key(sweep.at(next)) + "\n";
+    hash.add(block);
+    file.write(block);
   }
+  file.finish();
+  return hash.hex();
+}
+
+/// Whether a sweep was being planned into a folder without a manifest: that is written after the keys.
+bool is_half_planned(const fs::path& out) {
   std::error_code failed;
-  fs::rename(aside, out / keys_name, failed);
-  if (failed) throw std::runtime_error("cannot write " + (out / keys_name).string() + ": " + failed.message());
+  if (fs::exists(out / (std::string(keys_name) + ".partial"), failed)) return true;
+  std::ifstream in(out / keys_name, std::ios::binary);
+  std::string line;
+  std::getline(in, line);
+  return line.size() == key_line - 1 && line.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+std::string hash_of_open_file(int handle) {
+  Sha256 hash;
+  std::string block(std::size_t{1} << 16U, '\0');
+  for (off_t place = 0;;) {
+    const ssize_t got = pread(handle, block.data(), block.size(), place);
+    if (got <= 0) return hash.hex();  // what cannot be read is not the file that was written
+    hash.add({block.data(), static_cast<std::size_t>(got)});
+    place += got;
+  }
 }
 
 /// What a sweep is called in what it prints: its experiments, or of many the first and how many more there are.
@@ -275,6 +279,7 @@ RunAt Sweep::at(std::size_t index) const {
 
 Sweep plan(const Request& request, const Registry& registry) {
   if (request.files.empty()) throw InputError("which experiment? For example experiments/table1.json");
+  require_effect(request.assignments, request.design);
   Sweep sweep;
   sweep.design = request.design;
   sweep.assignments = request.assignments;
@@ -314,7 +319,7 @@ void require_sweep_folder(const fs::path& out) {
     throw InputError(out.string() + " is a file; --out names a folder");
   bool others = false;
   for (const auto& entry : fs::directory_iterator(out, failed)) others |= entry.path().filename() != ".lock";
-  if (others && !holds_sweep(out) && !fs::exists(out / (std::string(keys_name) + ".partial"), failed))
+  if (others && !holds_sweep(out) && !is_half_planned(out))
     throw InputError(out.string() + " already holds something that is no sweep; choose another --out");
   make_folders(out, failed);
   if (failed) throw InputError("cannot make " + out.string() + ": " + failed.message());
@@ -325,7 +330,7 @@ void write_manifest(const fs::path& out, const Sweep& planned, const Registry& r
   fs::create_directories(out, failed);
   Sweep sweep = planned;
   Keys keys(sweep, registry);
-  write_keys(out, keys, sweep);
+  sweep.keys_sha256 = write_keys(out, keys, sweep);
   sweep.libraries = keys.libraries();
   write_file(out / manifest_name, to_json_text(manifest_node(sweep)));
 }
@@ -353,6 +358,7 @@ Sweep read_manifest(const fs::path& out) {
     sweep.version = node.at("version").text();
     sweep.program = node.at("program").text();
     sweep.libraries = libraries_from(node.at("libraries"));
+    if (const Node* const hash = node.find("keys_sha256"); hash != nullptr) sweep.keys_sha256 = hash->text();
     number_runs(sweep);
     return sweep;
   } catch (const InputError&) {
@@ -362,20 +368,25 @@ Sweep read_manifest(const fs::path& out) {
   }
 }
 
-KeyFile::KeyFile(const fs::path& out) : file_(out / keys_name), handle_(open(file_.c_str(), O_RDONLY | O_CLOEXEC)) {
-  if (handle_ < 0) throw InputError(file_.string() + ": " + std::strerror(errno) + "; plan the sweep again");
-  const off_t bytes = lseek(handle_, 0, SEEK_END);
+KeyFile::KeyFile(const fs::path& out, const Sweep& sweep)
+    : file_(out / keys_name), in_(open(file_.c_str(), O_RDONLY | O_CLOEXEC)) {
+  if (in_.handle < 0) throw InputError(file_.string() + ": " + std::strerror(errno) + "; plan the sweep again");
+  const off_t bytes = lseek(in_.handle, 0, SEEK_END);
   size_ = bytes > 0 ? static_cast<std::size_t>(bytes) / key_line : 0;
+  const bool known = !sweep.keys_sha256.empty();  // folders of older versions have no hash
+  if (size_ != sweep.size() || (known && hash_of_open_file(in_.handle) != sweep.keys_sha256))
+    throw InputError(file_.string() + " has other keys than " + manifest_name +
+                     " was written with; plan the sweep again");
 }
 
-KeyFile::~KeyFile() {
-  if (handle_ >= 0) close(handle_);
+KeyFile::OpenFile::~OpenFile() {
+  if (handle >= 0) close(handle);
 }
 
 std::string KeyFile::key(std::size_t index) const {
   std::string text(key_line - 1, '\0');
   const auto place = static_cast<off_t>(index * key_line);
-  if (pread(handle_, text.data(), text.size(), place) != static_cast<ssize_t>(text.size()))
+  if (pread(in_.handle, text.data(), text.size(), place) != static_cast<ssize_t>(text.size()))
     throw InputError(file_.string() + " is shorter than its sweep; plan it again");
   return text;
 }

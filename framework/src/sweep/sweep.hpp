@@ -34,7 +34,7 @@ struct Part {
 /// What is asked for; files and folders as given.
 struct Request {
   std::vector<std::filesystem::path> files;
-  std::vector<std::string> assignments;  // the same in every setting
+  std::vector<std::string> assignments;  // in their order (assignments_of)
   Design design;
   std::optional<std::vector<std::uint64_t>> seeds;  // else the experiments' own
   std::string seeds_from;                           // as many seeds drawn from this text; empty: none
@@ -55,7 +55,7 @@ struct Sweep {
   std::string name;
   std::filesystem::path folder;  // that relative files of assignments start from
   std::vector<Part> parts;
-  std::vector<std::string> assignments;
+  std::vector<std::string> assignments;  // in their order (assignments_of)
   Design design;
   std::string seeds_from;
   std::vector<std::string> plugin_dirs;  // absolute
@@ -64,6 +64,7 @@ struct Sweep {
   bool keep_files = false;
   std::string version, program;  // of gripline, and the SHA-256 of the program that planned
   Libraries libraries;           // of the plugins in use
+  std::string keys_sha256;       // of keys.txt; empty where it is not known
 
   std::size_t size() const;
   RunAt at(std::size_t index) const;
@@ -87,16 +88,21 @@ bool holds_sweep(const std::filesystem::path& out);
 /// Keys of a manifest, read where they are asked for.
 class KeyFile {
  public:
-  explicit KeyFile(const std::filesystem::path& out);
-  ~KeyFile();
-  KeyFile(const KeyFile&) = delete;
-  KeyFile& operator=(const KeyFile&) = delete;
+  /// Throws InputError where OUT/keys.txt is not the one that this sweep's manifest was written with.
+  KeyFile(const std::filesystem::path& out, const Sweep& sweep);
   std::size_t size() const { return size_; }
   std::string key(std::size_t index) const;
 
  private:
+  struct OpenFile {
+    explicit OpenFile(int opened) : handle(opened) {}
+    ~OpenFile();
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+    int handle;
+  };
   std::filesystem::path file_;
-  int handle_ = -1;
+  OpenFile in_;  // closed also where the constructor refuses
   std::size_t size_ = 0;
 };
 

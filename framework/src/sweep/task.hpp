@@ -13,8 +13,8 @@
 
 namespace gripline::sweep {
 
-/// Makes one run: its record without the key. `interrupted`: a signal ended it, there is nothing to keep.
-using Runner = std::function<Record(const RunAt& run, const std::string& key, bool& interrupted)>;
+/// Makes one run.
+using Runner = std::function<Attempt(const RunAt& run)>;
 
 /// A sweep opened for work. Expensive to make (experiments are read, libraries hashed), cheap to use.
 class Worker {
@@ -22,8 +22,8 @@ class Worker {
   /// `sweep` and `registry` must outlive it. Files of runs go below `scratch`, which must be this worker's own.
   Worker(const Sweep& sweep, const Registry& registry, std::filesystem::path out, std::filesystem::path scratch);
   /// Does the runs of a task that have no record yet, in order, and records each as it ends; broken ones are repeated
-  /// where the batch says so. A run whose inputs are no longer
-  /// those of the manifest is refused (TaskExit task_refused).
+  /// where the batch says so. A run whose inputs are no longer those of the manifest, or were changed meanwhile, is
+  /// refused (TaskExit task_refused); of one that was cut off only the reason is kept.
   int run(const Batch& batch, std::size_t task, const std::function<void()>& done);
   /// In place of racing (tests).
   void run_with(Runner runner) { runner_ = std::move(runner); }
@@ -31,7 +31,8 @@ class Worker {
   Record try_run(const RunAt& run);
 
  private:
-  Record race(const RunAt& run, const std::string& key, bool& interrupted);
+  Attempt make(const RunAt& run);
+  int keep(Attempt attempt, std::size_t index, const std::string& key) const;
   void settle_files(const std::filesystem::path& folder, const std::string& key) const;
 
   const Sweep& sweep_;

@@ -172,6 +172,8 @@ std::string describe_end(int status) {
   return "ended with exit code " + std::to_string(WEXITSTATUS(status));
 }
 
+bool ends_from_outside(int signal) { return signal == SIGKILL || signal == SIGTERM; }
+
 ChildResult run_in_child(double timeout_s, const std::function<void(const SendMessage&)>& work) {
   if (run_children_here()) return run_here(work);
   int ends[2];
@@ -201,7 +203,10 @@ ChildResult run_in_child(double timeout_s, const std::function<void(const SendMe
       result.failure = "did not come back within " + std::string(digits, end) + " s";
     }
     const int status = collect(pid);
-    if (!result.completed && result.failure.empty()) result.failure = describe_end(status);
+    if (!result.completed && result.failure.empty()) {
+      result.failure = describe_end(status);
+      if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
+    }
   }
   close(ends[0]);
   sigaction(SIGCHLD, &before, nullptr);

@@ -18,6 +18,7 @@ struct ChildResult {
   bool completed = false;             ///< the work returned
   std::string failure;  ///< if it did not: "was ended by signal 6 (Aborted)", "ended with exit code 0", "did not come
                         ///< back within 10 s", "threw ..."
+  int signal = 0;       ///< that ended it, if one did before its time was over
 };
 
 using SendMessage = std::function<void(std::string_view)>;
@@ -36,6 +37,10 @@ inline bool& run_children_here() {
 
 /// "was ended by signal 11 (Segmentation fault)" or "ended with exit code 3", from a status that waitpid gave.
 std::string describe_end(int status);
+
+/// Whether a process that this signal ended was killed by somebody, or by a system without memory: SIGKILL or SIGTERM.
+/// Its own mistakes end it by others.
+bool ends_from_outside(int signal);
 
 /// The status of a child if it has ended, else nothing. What is left of its process group is ended first, while its
 /// process id cannot have been given to another. 0 if another part of the program collected the status.

@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "util/whole_file.hpp"
+
 namespace gripline {
 
 /// Numbers are written by std::to_chars: shortest text that reads back, whatever the locale; NaN as an empty cell. A
@@ -16,6 +18,8 @@ class CsvWriter {
   CsvWriter(const std::filesystem::path& file, std::string_view header);
   /// Appends to a string instead of a file; it must outlive the writer. For tables that are written whole.
   CsvWriter(std::string& text, std::string_view header);
+  /// The table appears when `file`, which must outlive the writer, is finished by its owner.
+  CsvWriter(WholeFile& file, std::string_view header);
   CsvWriter(CsvWriter&& other) noexcept;
   CsvWriter& operator=(CsvWriter&&) = delete;
   ~CsvWriter();
@@ -33,13 +37,9 @@ class CsvWriter {
   std::filesystem::path name_;
   int handle_ = -1;
   std::string* text_ = nullptr;
+  WholeFile* whole_ = nullptr;
   std::string row_;
   bool fresh_ = true;
 };
-
-/// Writes a temporary file beside `file`, syncs it to the disk and renames it, so that `file` is complete or unchanged,
-/// even after a power failure. If `file` is a symbolic link, the file it names is replaced; a device or a pipe is
-/// written to directly. Throws std::runtime_error.
-void write_file(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace gripline

@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <utility>
 
 namespace gripline {
@@ -69,6 +70,14 @@ void Disk::remove_all(const std::filesystem::path& where) {
 }
 
 Disk& disk() { return *place(); }
+
+void fail_with_errno(const std::string& what) {
+  const int why = errno;
+  const std::string text = what + ": " + std::strerror(why);
+  for (const int of_disk : {ENOSPC, EDQUOT, EIO, EROFS, ESTALE})
+    if (why == of_disk) throw DiskError(text);
+  throw std::runtime_error(text);
+}
 
 ScopedDisk::ScopedDisk(Disk& other) : before_(std::exchange(place(), &other)) {}
 ScopedDisk::~ScopedDisk() { place() = before_; }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <stdexcept>
+#include <string>
 #include <string_view>
 
 namespace gripline {
@@ -28,6 +30,17 @@ class Disk {
 
 /// The one in use.
 Disk& disk();
+
+/// The disk refused: it is full, broken, gone or may not be written to. Another try may succeed. A file that was closed
+/// or taken away, or may not grow, is an error of another class: plugins can do that.
+class DiskError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws std::runtime_error, "cannot write x.csv: No space left on device", with the reason that errno holds; a
+/// DiskError where that is the disk's.
+[[noreturn]] void fail_with_errno(const std::string& what);
 
 /// Replaces the disk in use for as long as it lives.
 class ScopedDisk {

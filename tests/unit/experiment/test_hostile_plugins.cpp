@@ -132,8 +132,24 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"limits_files", Status::error, AnyOf(HasSubstr("File too large"), HasSubstr("exit code 4"))},
         finishes("prints"), finishes("leaves_the_folder"), finishes("changes_locale"), finishes("hides_files"),
         finishes("ignores_children"), by_words("rounds_up", "changed how this process rounds numbers"),
-        by_signal("frees_twice", "6 (Aborted)"), by_signal("terminates", "6 (Aborted)")),
+        by_signal("frees_twice", "6 (Aborted)"), by_signal("terminates", "6 (Aborted)"),
+        by_words("speaks_of_a_kill", "its process was ended by signal 9 (Killed)"),
+        by_words("speaks_of_the_disk", "cannot write plan.csv: No space left on device")),
     [](const auto& info) { return std::string(info.param.mode); });
+
+/// Killed from outside is told by the signal, not by a plugin's words; a plugin that kills itself looks alike.
+TEST(Hostile, OnlyRunsThatWereKilledAreCutOff) {
+  for (const char* mode : {"speaks_of_a_kill", "speaks_of_the_disk", "closes_files", "limits_files", "aborts"}) {
+    const Folder folder;
+    EXPECT_TRUE(run_all(race_with(controller(mode)), {{"hostile", 1}}, {folder / "out", 1, false}).cut_off.empty())
+        << mode;
+  }
+  const Folder folder;
+  const RunnerOutcome killed =
+      run_all(race_with(controller("kills_itself")), {{"good", 1}, {"hostile", 1}}, {folder / "out", 1, false});
+  ASSERT_EQ(killed.cut_off.size(), 1u);
+  EXPECT_EQ(killed.cut_off.front().stack, "hostile");
+}
 
 /// What meddles with its process drives the same bytes as one that does nothing.
 TEST(Hostile, WhatMeddlesChangesNoResult) {

@@ -1,5 +1,7 @@
 #include "experiment/out_folder.hpp"
 
+#include <unistd.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -172,6 +174,25 @@ TEST(OutFolder, ALockFileAloneIsNoLock) {
   const Folder folder;
   write_text(folder / "out/.lock", "");
   EXPECT_NO_THROW(open_out_folder(folder / "out", "one", false));
+}
+
+/// A process is named by its machine, its number and its start: numbers are given again.
+TEST(OutFolder, TheLockNamesTheProcessThatHoldsIt) {
+  const Folder folder;
+  const fs::path file = folder / "out/.lock";
+  write_text(file, "left by a process that was killed, and longer than what follows it in this file\n");
+  EXPECT_FALSE(OutLock::holder_here(folder / "out"));
+  {
+    const OutLock lock(folder / "out");
+    EXPECT_EQ(OutLock::holder_here(folder / "out"), getpid());
+    const std::string line = contents(file), number = std::to_string(getpid());
+    ASSERT_TRUE(line.starts_with(number + " ")) << line;
+    write_text(file, number + " 1" + line.substr(number.size() + 1));
+    EXPECT_FALSE(OutLock::holder_here(folder / "out")) << "of another process that had this number";
+    write_text(file, line.substr(0, line.size() - 1) + "x\n");
+    EXPECT_FALSE(OutLock::holder_here(folder / "out")) << "of another machine";
+  }
+  EXPECT_FALSE(OutLock::holder_here(folder / "out"));
 }
 
 TEST(OutFolder, SeedsAndClaimsDoNotMakeAnotherExperiment) {

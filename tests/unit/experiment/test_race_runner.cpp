@@ -14,6 +14,7 @@
 
 #include "experiment/single_run.hpp"
 #include "support/host_support.hpp"
+#include "support/small_disk.hpp"
 #include "util/csv.hpp"
 
 namespace gripline {
@@ -59,6 +60,14 @@ TEST_F(Runner, ARunLeavesItsFiles) {
   EXPECT_THAT(files, UnorderedElementsAre("config.json", "steps.csv", "summary.json", "timing.csv", "replay.csv",
                                           "tyres.csv", "line.csv", "log.txt", "timing.sha256"));
   EXPECT_EQ(content_text(parse_file(file("good/1/config.json"))), content_text(race.run_tree("good", 1)));
+}
+
+TEST_F(Runner, ARunThatTheDiskRefusedIsCutOff) {
+  DiskWithout full("steps.csv");
+  const ScopedDisk use(full);
+  const RunnerOutcome outcome = run(race_of(), {{"good", 1}});
+  ASSERT_EQ(outcome.cut_off.size(), 1u);
+  EXPECT_THAT(outcome.runs.at(0).summary.message, HasSubstr("steps.csv: No space left on device"));
 }
 
 /// Two seeds drive alike where nothing is drawn, and not where the start is; every stack starts alike.

@@ -41,6 +41,44 @@ TEST(Factors, AreListsOrRanges) {
   EXPECT_THAT(refusal([] { parse_factor("a=1"); }), HasSubstr("expected /json/pointer=a,b,c"));
 }
 
+/// Factors have their places among what is the same in every setting; those without one come last.
+TEST(Assignments, KeepTheirOrder) {
+  const Design design =
+      Design::factorial({parse_factor("/world=a.json,b.json"), parse_factor("/x=1,2"), parse_factor("/y=3,4")});
+  const std::vector<std::string> given = {"/note=n", "/world", "/world/laps=null", "/y"};
+  EXPECT_THAT(assignments_of(given, design, 6),
+              ElementsAre("/note=n", "/world=b.json", "/world/laps=null", "/y=3", "/x=2"));
+  EXPECT_EQ(constants_before_factors(given), 1u);
+  EXPECT_EQ(constants_before_factors({"/a=1", "/b=2"}), 2u);
+  EXPECT_THAT(refusal([&] { assignments_of({"/z"}, design, 0); }), HasSubstr("expected /json/pointer=VALUE"));
+}
+
+TEST(Assignments, ThatWouldUndoAFactorAreRefused) {
+  const Design design = Design::factorial({parse_factor("/world/laps=1,2"), parse_factor("/x=1,2")});
+  const auto refused = [&](const std::vector<std::string>& given) {
+    return refusal([&] { require_effect(given, design); });
+  };
+  EXPECT_EQ(refused({"/world=a.json", "/world/laps", "/world/lapse=1", "/x"}), "nothing");
+  EXPECT_EQ(refused({"/world=a.json"}), "nothing");
+  EXPECT_THAT(refused({"/world/laps", "/world=a.json"}),
+              HasSubstr("/world replaces what the factor /world/laps sets before it"));
+  EXPECT_THAT(refused({"/x", "/x=3"}), HasSubstr("/x replaces what the factor /x sets before it"));
+  EXPECT_THAT(refusal([] {
+                require_effect({}, Design::factorial({parse_factor("/a/b=1,2"), parse_factor("/a=3,4")}));
+              }),
+              HasSubstr("/a replaces what the factor /a/b sets"));
+}
+
+/// No order is given between a list and what goes with it.
+TEST(Assignments, ThatAListWouldUndoAreRefused) {
+  const Folder folder;
+  write_text(folder / "list.csv", "/world\na.json\nb.json\n");
+  const Design list = Design::list(folder / "list.csv");
+  EXPECT_EQ(refusal([&] { require_effect({"/world=c.json", "/worlds=1"}, list); }), "nothing");
+  EXPECT_THAT(refusal([&] { require_effect({"/world/laps=null"}, list); }),
+              HasSubstr("--set /world/laps: the list replaces /world in every setting"));
+}
+
 TEST(Seeds, AreRangesAndNumbers) {
   EXPECT_THAT(parse_seeds("1..3,10,7"), ElementsAre(1, 2, 3, 10, 7));
   EXPECT_EQ(parse_seeds("1..50").size(), 50u);

@@ -113,6 +113,31 @@ TEST_F(Engines, NothingIsLostOrDoubledByAnEngineThatLosesRepeatsAndDelays) {
   }
 }
 
+/// Killed while a batch is planned, the next call plans it again; so it does where an older version was killed.
+TEST_F(Engines, ABatchIsThereWholeOrNotAtAll) {
+  planned();
+  int given = 0;
+  const auto killed = [&](std::uint64_t& run) {
+    if (given == 1) throw Killed{};
+    run = static_cast<std::uint64_t>(given++);
+    return true;
+  };
+  EXPECT_THROW(make_batch(out(), killed, 1, false), Killed);
+  EXPECT_TRUE(batches_in(out()).empty());
+  const std::optional<Batch> batch = missing("out", 1);
+  EXPECT_THAT(batches_in(out()), testing::ElementsAre("1"));
+  EXPECT_EQ(read_batch(out(), "1").runs, 2u);
+  EXPECT_EQ(batch->folder, out() / "batches/1");
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(out() / "batches"))
+    names.push_back(entry.path().filename().string());
+  EXPECT_THAT(names, testing::ElementsAre("1"));
+  write_text(out() / "batches/2/runs", "00000000\n");
+  write_text(out() / "batches/notes/submission.json", "{}");
+  EXPECT_THAT(batches_in(out()), testing::ElementsAre("1"));
+  EXPECT_EQ(missing("out", 1)->folder, out() / "batches/3");
+}
+
 /// What is left of a task's note tells nothing; the others do.
 TEST_F(Engines, ADamagedNoteOfATaskIsPassedOver) {
   planned();

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "config/json_file.hpp"
 #include "support/sweep_rig.hpp"
 
 namespace gripline::sweep {
@@ -49,6 +50,39 @@ TEST_F(FactorStatistics, StatisticsRankTheFactorThatMakesTheDifference) {
     EXPECT_TRUE(fs::exists(out() / name)) << name;
 }
 
+/// What breaks soon has had no time to leave the road.
+TEST_F(FactorStatistics, RunsThatBrokeCountInFinishedAlone) {
+  factors({"/base/planner/params/mu=0.3,0.4,0.5"});
+  request_.only = {"slow"};
+  request_.seeds = parse_seeds("1..4");
+  const Sweep sweep = planned();
+  const KeyFile keys(out(), sweep);
+  for (std::size_t i = 0; i < sweep.size(); ++i) {
+    const RunAt run = sweep.at(i);
+    const bool broke = run.setting == 0;
+    Record record;
+    record.key = keys.key(i);
+    record.status = broke ? (run.seed == 1 ? "error" : "plugin_error") : "finished";
+    record.values = {{"finished", broke ? 0 : 1}, {"violation_s", broke ? 0 : static_cast<double>(run.setting)}};
+    Store(out()).write(record);
+  }
+  Table table;
+  const MergeOutcome outcome = merge_records(out(), sweep, table);
+  EXPECT_EQ(outcome.broken, 4u);
+  const Statistics statistics = analyse(table);
+  ASSERT_EQ(statistics.responses.size(), 2u);
+  const ResponseStatistic &finished = statistics.responses[0], &outside = statistics.responses[1];
+  EXPECT_EQ(finished.name, "finished");
+  EXPECT_EQ(finished.runs, 12u);
+  EXPECT_EQ(outside.runs, 8u);
+  EXPECT_THAT(outside.best.front().levels, ElementsAre("0.4"));
+  EXPECT_EQ(outside.best.size(), 2u);
+  write_statistics(out(), sweep, outcome, table, statistics);
+  const Node report = parse_file(out() / "sweep_report.json");
+  EXPECT_TRUE(report.at("lines").array().front().array().back().is_null());
+  EXPECT_THAT(lines(out() / "table.csv")[1], testing::EndsWith(",error,0,0")) << "what it did is in the table";
+}
+
 /// Ten seeds of two settings; `drive` says what each run did, in digits of a hash.
 class Repeats : public SweepRig {
  protected:
@@ -58,7 +92,7 @@ class Repeats : public SweepRig {
     request_.only = {"slow"};
     request_.seeds = parse_seeds("1..10");
     const Sweep sweep = planned();
-    const KeyFile keys(out());
+    const KeyFile keys(out(), sweep);
     for (std::size_t i = 0; i < sweep.size(); ++i) {
       const RunAt run = sweep.at(i);
       Record record;

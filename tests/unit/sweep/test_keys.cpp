@@ -67,6 +67,37 @@ TEST_F(Keys, KeysDependOnWhatIsRacedAndOnNothingElse) {
   EXPECT_NE(contents(out("other") / "keys.txt"), keys);
 }
 
+/// Every setting is made from the untouched experiment, assignments in the order given.
+TEST_F(Keys, AreOfTreesWithWhatIsSetBelowAFactor) {
+  const std::string world = (folder_ / "world.json").string();
+  write_text(folder_ / "longer.json", R"({"extends": "world.json", "duration": "2 s"})");
+  factors({"/world=" + world + "," + (folder_ / "longer.json").string(), "/base/mu_init=null,0.8"});
+  request_.assignments = {"/world", "/world/duration=0.25"};
+  const Sweep sweep = planned();
+  ASSERT_EQ(sweep.design.size(), 4u);
+  Trees trees(sweep);
+  for (const std::size_t setting : {3, 0, 2, 1, 0}) {
+    const Node& tree = trees.setting(0, setting);
+    EXPECT_EQ(tree.at("world").at("duration").number(), 0.25) << setting;
+    EXPECT_EQ(tree.at("base").at("mu_init").is_null(), setting % 2 == 0) << setting;
+  }
+  request_.assignments = {"/world/duration=0.25", "/world"};
+  const Sweep other = planned("other");
+  Trees undone(other);
+  EXPECT_EQ(undone.setting(0, 2).at("world").at("duration").text(), "2 s") << "the order given";
+}
+
+/// An element is added to every setting once.
+TEST_F(Keys, AreOfTreesThatSettingsBeforeLeaveNothingIn) {
+  factors({"/base/planner/params/mu=0.3,0.4,0.5"});
+  request_.assignments = {"/base/model/effects=[]", "/base/planner/params/mu",
+                          R"(/base/model/effects/-={"plugin": "aero_drag"})"};
+  const Sweep sweep = planned();
+  Trees trees(sweep);
+  for (std::size_t setting = 0; setting < 3; ++setting)
+    EXPECT_EQ(trees.setting(0, setting).at("base").at("model").at("effects").array().size(), 1u);
+}
+
 TEST_F(Keys, DependOnFilesThatFilesName) {
   for (const char* experiment : {offline, diagnosis}) {
     race(experiment);

@@ -24,7 +24,7 @@ TEST_F(Merge, MissingRunsAreNamedAndDamagedRecordsAreMissing) {
   MergeOutcome outcome = merge_records(out(), sweep, table);
   EXPECT_EQ(outcome.missing, 2u);
   EXPECT_THAT(lines(out() / "missing.csv").back(), HasSubstr("3,small,1,fast,1,missing,"));
-  const std::string key = KeyFile(out()).key(0);
+  const std::string key = KeyFile(out(), sweep).key(0);
   const fs::path record = out() / "results" / key.substr(0, 2) / (key + ".json");
   ASSERT_TRUE(fs::exists(record));
   for (const std::string& damaged : {std::string(), contents(record).substr(0, 100), contents(record) + "x"}) {

@@ -39,5 +39,18 @@ TEST_F(Stores, KeepWhatARunDidAndReadRecordsWithoutIt) {
   EXPECT_EQ(store.read(record.key).value().drive, record.drive);
 }
 
+TEST_F(Stores, KeepWhyARunIsMissingUntilItIsThere) {
+  const Store store(out());
+  Record record;
+  record.key = std::string(64, 'b');
+  record.status = "finished";
+  EXPECT_EQ(store.why_missing(record.key), "");
+  store.note_missing(record.key, "was ended by signal 9 (Killed)");
+  EXPECT_EQ(store.why_missing(record.key), "was ended by signal 9 (Killed)");
+  EXPECT_FALSE(store.has(record.key, true));
+  store.write(record);
+  EXPECT_EQ(store.why_missing(record.key), "");
+}
+
 }  // namespace test_store
 }  // namespace gripline::sweep

@@ -6,6 +6,7 @@
 #include <ctime>
 #include <fstream>
 
+#include "config/hash.hpp"
 #include "config/json_file.hpp"
 #include "support/sweep_rig.hpp"
 
@@ -38,6 +39,63 @@ TEST_F(Planning, AManifestKeepsSeveralLibrariesOfOneName) {
   manifest.set("libraries", parse_text(R"({"a.so": "12", "zz.so": ["34", "56"]})"));
   write_text(out() / "sweep.json", to_json_text(manifest));
   EXPECT_EQ(read_manifest(out()).libraries, (Libraries{{"a.so", {"12"}}, {"zz.so", {"34", "56"}}}));
+}
+
+/// Keys of another plan beside a manifest would give its runs the numbers of others.
+TEST_F(Planning, KeysThatAreNotOfTheManifestAreRefused) {
+  factors({"/base/planner/params/mu=0.3,0.4"});
+  const Sweep sweep = planned();
+  const fs::path file = out() / "keys.txt";
+  const std::string keys = contents(file);
+  EXPECT_EQ(sweep.keys_sha256, sha256_of_file(file));
+  const auto said = [&] {
+    return refusal([&] {
+      const KeyFile opened(out(), sweep);
+      EXPECT_EQ(opened.key(0), keys.substr(0, 64));
+    });
+  };
+  EXPECT_EQ(said(), "nothing");
+  write_text(file, keys.substr(65) + keys.substr(0, 65));
+  EXPECT_EQ(said(), file.string() + " has other keys than sweep.json was written with; plan the sweep again");
+  Table table;
+  EXPECT_THAT(refusal([&] { merge_records(out(), sweep, table); }), HasSubstr("plan the sweep again"));
+}
+
+/// Of these the number of keys is known.
+TEST_F(Planning, AFolderOfAnOlderVersionHasNoHashOfItsKeys) {
+  planned();
+  Node manifest = parse_file(out() / "sweep.json");
+  manifest.erase("keys_sha256");
+  write_text(out() / "sweep.json", to_json_text(manifest));
+  const Sweep sweep = read_manifest(out());
+  EXPECT_EQ(KeyFile(out(), sweep).size(), 2u);
+  write_text(out() / "keys.txt", contents(out() / "keys.txt").substr(65));
+  EXPECT_THAT(refusal([&] { KeyFile(out(), sweep); }), HasSubstr("plan the sweep again"));
+}
+
+/// The keys are written before the manifest.
+TEST_F(Planning, AFolderInWhichThePlanWasKilledIsPlannedAgain) {
+  planned();
+  fs::remove(out() / "sweep.json");
+  EXPECT_EQ(refusal([&] { require_sweep_folder(out()); }), "nothing");
+  write_text(out() / "keys.txt", "of my house\n");
+  EXPECT_THAT(refusal([&] { require_sweep_folder(out()); }), HasSubstr("already holds something that is no sweep"));
+}
+
+TEST_F(Planning, AnAssignmentThatUndoesAFactorIsRefused) {
+  factors({"/base/planner/params/mu=0.3,0.4"});
+  request_.assignments = {"/base/planner/params/mu", R"(/base/planner={"plugin": "fixed_speed"})"};
+  EXPECT_THAT(refusal([&] { planned(); }), HasSubstr("/base/planner replaces what the factor"));
+}
+
+/// Seeds of the experiment are read as a race reads them.
+TEST_F(Planning, TakesTheExperimentsOwnSeeds) {
+  request_.assignments = {R"(/seeds={"first": 5, "count": 2})"};
+  EXPECT_EQ(planned().parts.front().seeds, (std::vector<std::uint64_t>{5, 6}));
+  request_.assignments = {"/seeds=null"};
+  EXPECT_EQ(planned("none").parts.front().seeds, std::vector<std::uint64_t>{1});
+  request_.assignments = {R"(/seeds={"first": -1})"};
+  EXPECT_THAT(refusal([&] { planned("bad"); }), HasSubstr("from 0 to 1000000000"));
 }
 
 TEST_F(Planning, SeedsAreNotDrawnWhereFrictionComesLaterWithThem) {

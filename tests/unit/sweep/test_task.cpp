@@ -47,21 +47,66 @@ TEST_F(Tasks, LibrariesOfOneNameAreToldApartByTheirBytes) {
   EXPECT_THAT(refusal([&] { require_same_versions(sweep, plugins()); }), HasSubstr("is not found here"));
 }
 
-TEST_F(Tasks, RunsThatWereKilledFromOutsideAreNotRecorded) {
+/// A file that a run may have read after it was hashed: its record would stand under the key of another file.
+TEST_F(Tasks, ARunWhoseFilesAreEditedMeanwhileIsRefused) {
+  namespace fs = std::filesystem;
+  fs::create_directories(folder_ / "tracks");
+  const fs::path road = folder_ / "tracks/road.csv";
+  fs::copy_file(fixture_dir() / "tracks/oval.csv", road);
+  factors({"/base/planner/params/mu=0.3,0.4"});
+  request_.assignments = {"/world/track=" + road.string()};
+  const Sweep sweep = planned();
+  Worker worker(sweep, plugins(), out(), out() / "work");
+  worker.run_with([&](const RunAt& run) {
+    if (run.index == 1) write_text(road, contents(road) + "\n");
+    return drawn(sweep, run);
+  });
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(worker.run(*missing("out", 100), 0, [] {}), task_refused);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("run 1: experiment, files or plugins are no longer"));
+  Table table;
+  EXPECT_EQ(merge_records(out(), sweep, table).finished, 1u);
+}
+
+TEST_F(Tasks, OfRunsThatWereCutOffOnlyTheReasonIsKept) {
   factors({"/base/planner/params/mu=0.3,0.4"});
   const Sweep sweep = planned();
   Worker worker(sweep, plugins(), out(), out() / "work");
-  worker.run_with([](const RunAt&, const std::string&, bool&) {
-    Record record;
-    record.status = "error";
-    record.message = "its process was ended by signal 9 (Killed)";
-    return record;
+  worker.run_with([](const RunAt&) {
+    Attempt attempt;
+    attempt.record.status = "error";
+    attempt.record.message = "its process was ended by signal 9 (Killed)";
+    attempt.cut_off = true;
+    return attempt;
   });
   testing::internal::CaptureStderr();
   EXPECT_EQ(worker.run(*missing("out", 100), 0, [] {}), task_again);
   testing::internal::GetCapturedStderr();
   Table table;
   EXPECT_EQ(merge_records(out(), sweep, table).missing, 4u);
+  EXPECT_THAT(lines(out() / "missing.csv").back(), HasSubstr("missing,its process was ended by signal 9 (Killed)"));
+  body(sweep)(*missing("out", 100), 0, [] {});
+  Table whole;
+  EXPECT_TRUE(merge_records(out(), sweep, whole).complete());
+  EXPECT_EQ(lines(out() / "missing.csv").size(), 1u);
+}
+
+/// What a plugin says decides nothing.
+TEST_F(Tasks, RunsThatSpeakOfAKillOrTheDiskAreRecorded) {
+  for (const char* words : {"was ended by signal 9 (Killed)", "cannot write plan.csv: No space left on device"}) {
+    const Sweep sweep = planned();
+    Worker worker(sweep, plugins(), out(), out() / "work");
+    worker.run_with([&](const RunAt&) {
+      Attempt attempt;
+      attempt.record.status = "plugin_error";
+      attempt.record.message = words;
+      return attempt;
+    });
+    EXPECT_EQ(worker.run(*missing("out", 100), 0, [] {}), task_broke) << words;
+    Table table;
+    EXPECT_EQ(merge_records(out(), sweep, table).broken, 2u);
+    std::filesystem::remove_all(out());
+  }
 }
 
 }  // namespace test_task

@@ -49,6 +49,19 @@ TEST(RunInChild, AFailureIsDescribedAndEarlierMessagesCount) {
   EXPECT_EQ(end_of([] { throw 7; }), "threw something that is not a std::exception");
 }
 
+/// The signal that ended it is told apart from words that speak of one, and from the end that is made at a time limit.
+TEST(RunInChild, TellsTheSignalThatEndedIt) {
+  const auto signal_of = [](void (*work)(), double timeout_s = 60) {
+    return run_in_child(timeout_s, [&](const SendMessage&) { work(); }).signal;
+  };
+  EXPECT_EQ(signal_of([] { std::raise(SIGKILL); }), SIGKILL);
+  EXPECT_EQ(signal_of([] { throw std::runtime_error("was ended by signal 9 (Killed)"); }), 0);
+  EXPECT_EQ(signal_of([] { _exit(3); }), 0);
+  EXPECT_EQ(signal_of([] { pause(); }, 0.2), 0);
+  EXPECT_TRUE(ends_from_outside(SIGKILL) && ends_from_outside(SIGTERM));
+  EXPECT_FALSE(ends_from_outside(SIGSEGV) || ends_from_outside(0));
+}
+
 /// What libraries do at exit may wait for threads that the child does not have.
 TEST(RunInChild, ExitEndsItAtOnce) {
   static const pid_t parent = getpid();

@@ -1,19 +1,14 @@
 #include "util/csv_writer.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <limits>
 #include <locale>
 
 #include "support/host_support.hpp"
+#include "support/small_disk.hpp"
 #include "util/csv.hpp"
 #include "util/disk.hpp"
 
@@ -81,63 +76,6 @@ TEST(CsvWriter, AFileThatCannotBeMadeIsToldWithItsReason) {
   }
 }
 
-TEST(WriteFile, IsWholeOrAbsent) {
-  const Folder folder;
-  write_file(folder / "t.json", "first");
-  write_file(folder / "t.json", "second");
-  EXPECT_EQ(contents(folder / "t.json"), "second");
-  EXPECT_FALSE(std::filesystem::exists(folder / "t.json.partial"));
-  EXPECT_THROW(write_file(folder / "no_folder/t.json", "x"), std::runtime_error);
-}
-
-/// A disk that has no room for more than so many bytes, and may not know how to sync.
-class SmallDisk final : public Disk {
- public:
-  explicit SmallDisk(std::size_t room) : room_(room) {}
-  bool write(int handle, std::string_view bytes) override {
-    const std::size_t fits = std::min(bytes.size(), room_);
-    room_ -= fits;
-    if (Disk::write(handle, bytes.substr(0, fits)) && fits == bytes.size()) return true;
-    errno = ENOSPC;
-    return false;
-  }
-  bool sync(int) override {
-    errno = EIO;
-    return room_ > 0;
-  }
-
- private:
-  std::size_t room_;
-};
-
-TEST(WriteFile, WhereTheDiskIsFullWhatStoodThereStays) {
-  const Folder folder;
-  write_file(folder / "t.json", "first");
-  for (const std::size_t room : {std::size_t{0}, std::size_t{3}, std::size_t{6}}) {  // 6: all of it, and no sync
-    SmallDisk small(room);
-    const ScopedDisk use(small);
-    try {
-      write_file(folder / "t.json", "second");
-      FAIL() << "written";
-    } catch (const std::runtime_error& error) {
-      EXPECT_THAT(error.what(), HasSubstr(room < 6 ? "t.json: No space left on device" : "t.json: Input/output error"));
-    }
-    EXPECT_EQ(contents(folder / "t.json"), "first");
-    EXPECT_FALSE(std::filesystem::exists(folder / "t.json.partial"));
-  }
-}
-
-/// What somebody laid where the file aside is made is not written through.
-TEST(WriteFile, FollowsNoLinkWhereTheFileAsideIsMade) {
-  const Folder folder;
-  write_text(folder / "precious", "mine");
-  std::filesystem::create_symlink(folder / "precious", folder / "t.json.partial");
-  write_file(folder / "t.json", "words");
-  EXPECT_EQ(contents(folder / "precious"), "mine");
-  EXPECT_EQ(contents(folder / "t.json"), "words");
-  EXPECT_FALSE(std::filesystem::is_symlink(folder / "t.json"));
-}
-
 TEST(CsvWriter, FinishesOnTheDiskOrSaysWhyNot) {
   const Folder folder;
   CsvWriter good(folder / "good.csv", "x");
@@ -159,39 +97,15 @@ TEST(CsvWriter, WritesToATextAsToAFile) {
   EXPECT_EQ(text, "before\nx,y\n1.5,a\n");
 }
 
-/// A link stays a link, and what it names is written, there already or not.
-TEST(WriteFile, FollowsLinksToWhatTheyName) {
-  namespace fs = std::filesystem;
+TEST(CsvWriter, WritesATableThatAppearsWhenItsFileIsFinished) {
   const Folder folder;
-  fs::create_directory(folder / "real");
-  fs::create_symlink("real/t.json", folder / "inner.json");
-  fs::create_symlink(folder / "inner.json", folder / "outer.json");
-  for (const char* text : {"first", "second"}) {
-    write_file(folder / "outer.json", text);
-    EXPECT_EQ(contents(folder / "real/t.json"), text);
-    EXPECT_TRUE(fs::is_symlink(folder / "outer.json") && fs::is_symlink(folder / "inner.json"));
-    EXPECT_FALSE(fs::exists(folder / "real/t.json.partial"));
-  }
-}
-
-/// A device is written to; a file renamed over it would take its place for everyone.
-TEST(WriteFile, NeverTakesThePlaceOfADevice) {
-  namespace fs = std::filesystem;
-  const Folder folder;
-  const fs::path pipe = folder / "pipe";
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
-  ASSERT_GE(reader, 0);
-  write_file(pipe, "words");
-  char words[16] = "";
-  EXPECT_EQ(read(reader, words, sizeof words), 5);
-  EXPECT_STREQ(words, "words");
-  close(reader);
-  EXPECT_TRUE(fs::is_fifo(pipe));
-  ASSERT_TRUE(fs::is_character_file("/dev/full")) << "no such device here";
-  fs::create_symlink("/dev/full", folder / "full");
-  EXPECT_THROW(write_file(folder / "full", "words"), std::runtime_error);
-  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+  WholeFile file(folder / "t.csv");
+  CsvWriter csv(file, "x");
+  csv << 1;
+  csv.end_row();
+  EXPECT_FALSE(std::filesystem::exists(folder / "t.csv"));
+  file.finish();
+  EXPECT_EQ(contents(folder / "t.csv"), "x\n1\n");
 }
 
 struct DecimalComma : std::numpunct<char> {
