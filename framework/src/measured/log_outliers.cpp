@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "measured/unwrapped_angles.hpp"
 #include "util/numbers.hpp"
@@ -10,11 +9,6 @@
 
 namespace gripline::measured {
 namespace {
-
-/// The difference of two readings of a channel; headings differ by less than half a turn, wrapped or not.
-double difference_of(std::size_t channel, double a, double b) {
-  return channel == Channel::yaw ? std::remainder(a - b, 2.0 * std::numbers::pi) : a - b;
-}
 
 /// Median difference of each reading to its four neighbours on either side; not_a_number where fewer than four are
 /// read.

@@ -326,7 +326,7 @@ const typename Lanes<T>::Seen& Lanes<T>::see(std::size_t lane, double h) {
       const T late = eased(share), soon = 1.0 - late;
       for (std::size_t c = 0; c < channels; ++c) {
         if (group_of[c] < g || group_of[c] >= next || std::isnan(log.at(row, c))) continue;
-        const T innovation = log.at(row, c) - shown[c];
+        const T innovation = difference_of(c, T(log.at(row, c)), shown[c]);
         const double inverse_square = inverse_square_of(row, c);
         seen.last[c] = innovation;
         seen.last_inverse_square[c] = inverse_square;
@@ -432,7 +432,7 @@ void Lanes<T>::follow_when_slow(std::size_t lane, double h, const Seen& seen, co
       const T reading = value(left) < 1.0 ? T(nothing) : log_at(lane, c, shown);
       if (!std::isnan(value(reading))) {
         const std::size_t row = std::min(row_at(lane, g, value(shown) + 1e-9), log.rows() - 1);
-        off = reading - now[c];
+        off = difference_of(c, reading, now[c]);
         inverse_square =
             std::max(inverse_square_of(row, c), log.t[row] < value(shown) - 1e-9 ? inverse_square_of(row + 1, c) : 0.0);
       }

@@ -12,6 +12,7 @@
 namespace gripline::calibrate::forecast {
 
 using measured::CommandGrid;
+using measured::difference_of;
 using measured::Road;
 
 inline constexpr double nothing = std::numeric_limits<double>::quiet_NaN();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -452,6 +453,25 @@ TEST(Forecaster, StepsNeedNotBeEqual) {
   EXPECT_LT(worst(even, starts, predicted, 0), 5e-3);
   EXPECT_LT(worst(even, starts, predicted, 2), 5e-3);
   EXPECT_LT(worst(even, starts, predicted, 3), 5e-3);
+}
+
+TEST(Forecaster, ATurnOfMoreThanHalfARoundWithoutAHeadingIsNoInnovation) {
+  const CalibrateRig rig;
+  const Session good = drive(rig.vehicle.car(), {.seconds = 14, .command = [](double) {
+                                                   return CommandSample<double>{0.35, 0.25};
+                                                 }});
+  constexpr std::size_t first = 300, last = 380;
+  ASSERT_GT(std::abs(good.at(last, 2) - good.at(first, 2)), std::numbers::pi);
+  Session s = good;
+  for (std::size_t i = first; i < s.rows(); ++i) {
+    double& yaw = s.reading[i * channels + 2];
+    yaw = i < last ? NAN : yaw - 2.0 * std::numbers::pi;  // as headings are unwrapped
+  }
+  Starts starts{{}, {0.5, 1.0}};
+  for (std::size_t i = last + 1; i < last + 50; i += 4) starts.time.push_back(s.t[i]);
+  const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  EXPECT_LT(worst(good, starts, predicted, 0), 0.01);
+  EXPECT_LT(worst(good, starts, predicted, 5), 0.02);
 }
 
 TEST(Forecaster, SpeedsAndYawRateAreEnough) {
