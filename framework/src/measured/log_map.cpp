@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
 #include "config/json_file.hpp"
 #include "config/units.hpp"
@@ -22,6 +23,7 @@ constexpr std::array<SourceInfo, source_count> infos = [] {
   return all;
 }();
 constexpr double longest_delay = 2.0;  // [s]
+constexpr double least_along = 0.5;    // share of the speed that a velocity's own axis shows
 
 std::string quoted(const std::string& column) {
   const bool plain = std::all_of(column.begin(), column.end(),
@@ -58,6 +60,11 @@ void read_frame(ObjectReader& r, Source source, LogMap& map) {
   if (frame.has("yaw")) {
     to.yaw = frame.number("yaw", "rad", NumberRange::closed(-3.2, 3.2));
     to.yaw_given = true;
+    if (!pose && std::abs(std::cos(to.yaw)) < least_along)
+      frame.error_at(
+          "yaw",
+          "turned by more than 60 and less than 120 deg, vx hardly shows the speed; expected formulas that "
+          "turn the columns A and B: vx = cos(a)*A - sin(a)*B, vy = sin(a)*A + cos(a)*B, at 90 deg -B and A");
   }
 }
 

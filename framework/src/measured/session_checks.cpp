@@ -170,7 +170,8 @@ double sideways_correlation(const Session& s, double slowest) {
 
 class Checks {
  public:
-  Checks(const SessionFile& file, double v_ref) : s_(file.session), v_ref_(v_ref), windows_(windows_of(s_)) {}
+  Checks(const SessionFile& file, double v_ref)
+      : s_(at_centre_of_gravity(file)), v_ref_(v_ref), windows_(windows_of(s_)) {}
 
   void run(bool derived) const {
     commands();
@@ -320,14 +321,15 @@ class Checks {
              " s of driving; expected a positive one: turn delta's sign (\"sign\": -1), or yaw and y");
   }
 
-  const Session& s_;
+  const Session s_;
   double v_ref_;
   std::vector<SessionWindow> windows_;
 };
 
 }  // namespace
 
-std::vector<Finding> doubts_about(const Session& s) {
+std::vector<Finding> doubts_about(const SessionFile& file) {
+  const Session s = at_centre_of_gravity(file);
   const std::vector<SessionWindow> windows = windows_of(s);
   const double slowest = 0.2 * typical_speed(s);
   std::vector<Finding> out;

@@ -8,6 +8,7 @@
 
 #include "measured/displacement_lag.hpp"
 #include "measured/fine_delay.hpp"
+#include "measured/gripline_log.hpp"
 #include "measured/noise.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -437,8 +438,9 @@ std::vector<Finding> health_of(const SessionFile& file) {
   held_and_jumping(file, out);
   jumps(file, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
-  for (Finding& finding : doubts_about(s)) out.push_back(std::move(finding));
-  if (const auto slip = slip_of(s, file.row_step))
+  for (Finding& finding : doubts_about(file)) out.push_back(std::move(finding));
+  const Session own = at_centre_of_gravity(file);
+  if (const auto slip = slip_of(own, file.row_step))
     out.push_back({Level::bad, "position",
                    std::string(slip->travel < 0.0 ? "falls back by " : "jumps ahead by ") +
                        significant(1e3 * std::abs(slip->travel)) + " ms of travel once every " +
@@ -446,7 +448,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
                    "kept as it is: predictions of whole periods do not see it, others miss by as much"});
   for (std::size_t c = 0; c < channels; ++c)
     if (const auto noise = s.has[c] ? noise_of(s, c, file.row_step) : std::nullopt) add_noise(*noise, c, out);
-  for (const Delay& d : delays_of(s))
+  for (const Delay& d : delays_of(own))
     out.push_back(
         {Level::good, std::string("delay of ") + d.channel,
          significant(d.seconds) + " s (" + significant(d.low) + " to " + significant(d.high) + ") against " + d.against,

@@ -95,10 +95,7 @@ void Lanes<T>::start(std::size_t lane) {
   }
   std::fill_n(pending.begin() + static_cast<std::ptrdiff_t>(lane * pending_size), pending_size, T(0));
   place(lane);
-  for (int i = 0; i < 8; ++i) {
-    const Row<T> shown = s_.read(row, at[lane]);
-    for (std::size_t c = 0; c < channels; ++c) row[c] += target[c] - shown[c];
-  }
+  for (int i = 0; i < 8; ++i) s_.approach(row, target, s_.read(row, at[lane]));
   if (s_.memory() == 0) return;
   // Steady memory for what is measured, by values: it is forgotten during the pre-roll.
   std::vector<double> motion(channels), steady(s_.memory());
@@ -164,6 +161,8 @@ void Lanes<T>::prescribe(std::size_t lane) {
   if (std::isnan(speed)) return;
   T target(speed);
   if (value(shown) <= until) target += (shown - at_most) * slope;  // its derivative only
+  // What axes show of the car's own side speed, which are turned, is none of its speed.
+  target = (target - s_.axes.sine * begin_[i + 1]) / s_.axes.cosine;
   rate_[i] = (target - begin_[i]) * (1.0 / step_);
 }
 
@@ -360,11 +359,10 @@ template <class T>
 Row<T> Lanes<T>::state_of(std::size_t lane, const Row<T>& now, const Row<T>& shown) const {
   Row<T> z{}, reads = now;
   std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(lane * channels), channels, z.begin());
-  // A pass leaves the share of the difference by which the axes of the readings are turned against the car's [rad]: its
-  // cube is negligible for units that are mounted about straight.
+  // Of a sensor whose scale is wrong the third pass leaves the cube of its error.
   for (int i = 0; i < 3; ++i) {
     if (i > 0) reads = s_.read(z.data(), at[lane]);
-    for (std::size_t c = 0; c < channels; ++c) z[c] += shown[c] - reads[c];
+    s_.approach(z.data(), shown, reads);
   }
   return z;
 }

@@ -146,7 +146,8 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
                                      stiffness_of(car_, values.data(), options_),
                                      moved.look_back(),
                                      cauchy_scale,
-                                     jumped};
+                                     jumped,
+                                     measured::VelocityAxes<T>::of(car_, of_car.data())};
   forecast::Run<T> run(setting);
   run.observe(starts, steps);
   run.predict(starts, predicted);
