@@ -463,8 +463,11 @@ std::array<double, delay_groups> clock_delays(const LogMap& map, const std::vect
     const auto stated = map.delay(g);
     delays[g] = stated.value_or(g < 2 ? 0.0 : not_a_number);
     if (stated) continue;
-    for (const Delay& d : found)
-      if (d.of_clock && std::string_view(d.channel) == delay_names[g]) delays[g] = d.seconds;
+    for (const Delay& d : found) {
+      if (!d.of_clock || std::string_view(d.channel) != delay_names[g]) continue;
+      const auto pose = std::ranges::find(delay_names, std::string_view(d.against)) - delay_names.begin();
+      delays[g] = delays[static_cast<std::size_t>(pose)] + d.seconds;
+    }
   }
   return delays;
 }

@@ -42,7 +42,8 @@ std::vector<Finding> constant_commands(const Session& session);
 /// All of it as lines of a table, after what reading found.
 std::vector<Finding> health_of(const SessionFile& file);
 
-/// Delays of the groups as the map states them, or as found against the pose; NaN where nothing tells.
+/// Delays of the groups as the map states them, or the pose's own and what was found against it; NaN where nothing
+/// tells.
 std::array<double, delay_groups> clock_delays(const LogMap& map, const std::vector<Delay>& found);
 
 }  // namespace gripline::measured

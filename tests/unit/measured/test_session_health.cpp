@@ -64,6 +64,8 @@ TEST(Delays, OfAChannelIsFoundWithAnIntervalThatHoldsIt) {
   map.channel[5].emplace().delay.reset();
   EXPECT_NEAR(clock_delays(map, delays)[3], 0.31, 0.01);
   EXPECT_EQ(clock_delays(map, delays)[2], 0.0);
+  map.channel[2].emplace().delay = 0.2;
+  EXPECT_NEAR(clock_delays(map, delays)[3], 0.51, 0.01) << "against a heading that is late itself";
 }
 
 TEST(Delays, AreTheSameAtAnyRate) {
