@@ -33,13 +33,11 @@ void remove_frames(Channels& r, double heading, const Frame& pose, const Frame& 
   const double vx = r[Channel::vx] * cv - r[Channel::vy] * sv, vy = r[Channel::vy] * cv + r[Channel::vx] * sv;
   const bool turned = velocity.yaw != 0.0 && !std::isnan(r[Channel::vy]);
   if (turned) r[Channel::vx] = vx, r[Channel::vy] = vy;
-  if (velocity.point_given && !std::isnan(r[Channel::yaw_rate])) {
+  if ((velocity.x != 0.0 || velocity.y != 0.0) && !std::isnan(r[Channel::yaw_rate])) {
     r[Channel::vx] += velocity.y * r[Channel::yaw_rate];
     r[Channel::vy] -= velocity.x * r[Channel::yaw_rate];
   }
 }
-
-bool is_given(const Frame& frame) { return frame.point_given || frame.yaw_given; }
 
 /// A channel's reading at a time between rows, if the nearer of them has one. `bridged`: the session with readings in
 /// the rows between.
@@ -55,7 +53,7 @@ double moved_reading(const Session& session, const Session& bridged, std::size_t
 Session at_centre_of_gravity(const SessionFile& file, const std::array<double, delay_groups>& delays) {
   const Session& s = file.session;
   const bool on_time = std::ranges::all_of(delays, [](double delay) { return delay == 0.0; });
-  if (on_time && !is_given(file.pose) && !is_given(file.velocity)) return s;
+  if (on_time && !file.pose.given() && !file.velocity.given()) return s;
   Session bridged = s, out = s;
   bridged.reading = bridged_readings(s.t, s.reading, even_motion);
   for (std::size_t i = 0; i < s.rows(); ++i) {

@@ -6,6 +6,7 @@
 
 #include "config/json_file.hpp"
 #include "config/units.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 namespace {
@@ -42,6 +43,16 @@ void read_delay(ObjectReader& r, MappedChannel& channel) {
     channel.delay = read_number(*delay, "s", NumberRange::closed(-longest_delay, longest_delay), r.errors());
 }
 
+/// A number of a frame, which each of the unit's channels may state.
+void read_coordinate(ObjectReader& frame, const char* key, const char* unit, double limit, double& to, bool& given) {
+  if (!frame.has(key)) return;
+  const double number = frame.number(key, unit, NumberRange::closed(-limit, limit));
+  if (given && number != to)
+    frame.error_at(key, "another channel of this unit states " + significant(to) + ' ' + unit + "; expected the same");
+  to = number;
+  given = true;
+}
+
 void read_frame(ObjectReader& r, Source source, LogMap& map) {
   if (!r.has("frame")) return;
   ObjectReader frame = r.object("frame");
@@ -51,21 +62,13 @@ void read_frame(ObjectReader& r, Source source, LogMap& map) {
     return;
   }
   Frame& to = pose ? map.pose : map.velocity;
-  const auto arm = NumberRange::closed(-20.0, 20.0);
-  if (frame.has("x") || frame.has("y")) {
-    to.x = frame.number("x", "m", arm, 0.0);
-    to.y = frame.number("y", "m", arm, 0.0);
-    to.point_given = true;
-  }
-  if (frame.has("yaw")) {
-    to.yaw = frame.number("yaw", "rad", NumberRange::closed(-3.2, 3.2));
-    to.yaw_given = true;
-    if (!pose && std::abs(std::cos(to.yaw)) < least_along)
-      frame.error_at(
-          "yaw",
-          "turned by more than 60 and less than 120 deg, vx hardly shows the speed; expected formulas that "
-          "turn the columns A and B: vx = cos(a)*A - sin(a)*B, vy = sin(a)*A + cos(a)*B, at 90 deg -B and A");
-  }
+  read_coordinate(frame, "x", "m", 20.0, to.x, to.x_given);
+  read_coordinate(frame, "y", "m", 20.0, to.y, to.y_given);
+  read_coordinate(frame, "yaw", "rad", 3.2, to.yaw, to.yaw_given);
+  if (!pose && frame.has("yaw") && std::abs(std::cos(to.yaw)) < least_along)
+    frame.error_at("yaw",
+                   "turned by more than 60 and less than 120 deg, vx hardly shows the speed; expected formulas that "
+                   "turn the columns A and B: vx = cos(a)*A - sin(a)*B, vy = sin(a)*A + cos(a)*B, at 90 deg -B and A");
 }
 
 void check_unit(const MappedChannel& channel, const char* unit, Errors& errors) {

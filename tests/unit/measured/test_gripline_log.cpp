@@ -27,8 +27,8 @@ SessionFile circling() {
   }
   file.row_step = 0.05;
   file.has_throttle = true;
-  file.pose = {0.3, 0, 0.02, true, true};
-  file.velocity = {0.3, 0, 0, true, false};
+  file.pose = {0.3, 0, 0.02, true, true, true};
+  file.velocity = {0.3, 0, 0, true, true, false};
   return file;
 }
 

@@ -41,5 +41,19 @@ TEST(LogMap, AxesOfTheVelocityLieAlongTheCar) {
   EXPECT_THAT(why(turned("-90 deg")), AllOf(HasSubstr("/channels/vx/frame/yaw"), HasSubstr("-B and A")));
 }
 
+TEST(LogMap, ChannelsOfAUnitStateItsFrameTogether) {
+  const auto place = [](const char* x, const char* y) {
+    return std::string(R"(, "x": {"column": "a", "frame": )") + x + R"(}, "y": {"column": "b", "frame": )" + y + "}";
+  };
+  const Frame frame = map_of(place(R"({"x": 0.4})", R"({"y": 0.1})")).pose;
+  EXPECT_EQ(frame.x, 0.4);
+  EXPECT_EQ(frame.y, 0.1);
+  EXPECT_FALSE(frame.yaw_given);
+  EXPECT_EQ(why(place(R"({"x": 0.4, "y": 0.1})", R"({"x": 0.4})")), "accepted");
+  EXPECT_THAT(why(place(R"({"x": 0.4, "y": 0.1})", R"({"x": 0})")),
+              AllOf(HasSubstr("/channels/y/frame/x"), HasSubstr("another channel of this unit states 0.4 m")));
+  EXPECT_THAT(why(place(R"({"x": 0})", R"({"x": 0.4})")), HasSubstr("/channels/y/frame/x"));
+}
+
 }  // namespace test_log_map
 }  // namespace gripline::measured

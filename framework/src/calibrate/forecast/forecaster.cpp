@@ -111,7 +111,7 @@ Forecaster::Forecaster(const StagedCar& car, ForecastOptions options)
   car_.add(steer_, {infos[0].start}, "steering disturbance");
   car_.add(force_, {infos[1].start}, "force disturbance");
   const measured::Frame &pose = options.pose, &velocity = options.velocity;
-  if (pose.point_given || pose.yaw_given || velocity.point_given || velocity.yaw_given)
+  if (pose.given() || velocity.given())
     car_.add(frames_, {pose.x, pose.y, pose.yaw, velocity.x, velocity.y, velocity.yaw}, "frames of the map");
 }
 

@@ -569,9 +569,9 @@ TEST(Forecaster, FramesThatTheMapStatesAreShown) {
   CalibrateRig rig;
   const Session own = drive(rig.vehicle.car(), {.seconds = 20});
   auto options = rig.forecaster.options();
-  options.pose = {0.3, 0.1, 0.2, true, true};
+  options.pose = {0.3, 0.1, 0.2, true, true, true};
   for (const double turned : {0.1, 0.9, -2.0, 3.1}) {
-    options.velocity = {0.2, 0.0, turned, true, true};
+    options.velocity = {0.2, 0.0, turned, true, true, true};
     const Forecaster shown(rig.vehicle.car(), options);
     const Session s = seen_by(own, options.pose, options.velocity);
     const Starts starts = some_starts(s);
@@ -588,7 +588,7 @@ TEST(Forecaster, ASpeedThatIsPrescribedIsReadThroughTheFrameOfItsUnit) {
   const Session own = drive(rig.vehicle.car(), {.seconds = 20});
   for (const double turned : {0.5, std::numbers::pi}) {
     auto options = rig.forecaster.options();
-    options.velocity = {0.0, 0.0, turned, false, true};
+    options.velocity = {0.0, 0.0, turned, false, false, true};
     const Forecaster shown(rig.vehicle.car(), options);
     Session s = seen_by(own, {}, options.velocity);
     s.prescribed_speed = true;
