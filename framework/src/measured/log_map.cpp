@@ -33,7 +33,8 @@ std::string quoted(const std::string& column) {
                                                                                                    : "`" + column + "`";
 }
 
-void read_delay(ObjectReader& r, MappedChannel& channel) {
+/// `against`: why what is read cannot be late; null where it can.
+void read_delay(ObjectReader& r, const char* against, MappedChannel& channel) {
   channel.delay = 0.0;
   const Node* const delay = r.find("delay");
   if (delay == nullptr) return;
@@ -41,6 +42,16 @@ void read_delay(ObjectReader& r, MappedChannel& channel) {
     channel.delay.reset();
   else
     channel.delay = read_number(*delay, "s", NumberRange::closed(-longest_delay, longest_delay), r.errors());
+  if (against != nullptr && channel.delay != 0.0) r.error_at("delay", against);
+}
+
+/// Why a source has no delay, null where it has one. Of the time `map` is null.
+const char* why_never_late(const LogMap* map, Source source) {
+  if (map == nullptr) return "the time itself is not late; expected delays of channels";
+  if (source == Source::d || source == Source::delta)
+    return "delays count from the commands; expected delays of the measurements, below 0 where the command is written "
+           "late; where the car answers late, an effect of the world";
+  return nullptr;
 }
 
 /// A number of a frame, which each of the unit's channels may state.
@@ -109,7 +120,7 @@ MappedChannel read_channel(const Node& node, const char* unit, Errors& errors, L
     r.error_at("every", "only d and delta are read every so often; a measurement that repeats is \"held\"");
   if (channel.every > 0.0 && channel.held)
     r.error_at("every", "a command that is held jumps to each reading; one read every so often moves to it");
-  read_delay(r, channel);
+  read_delay(r, why_never_late(map, source), channel);
   if (map != nullptr) read_frame(r, source, *map);
   r.finish();
   check_unit(channel, unit, errors);
@@ -125,13 +136,15 @@ void read_bag_options(ObjectReader r, BagOptions& to) {
 }
 
 void check_groups(const LogMap& map, Errors& errors) {
-  for (std::size_t c = 1; c < channels; ++c) {
-    if (delay_group[c] != delay_group[c - 1]) continue;
-    const auto &a = map.channel[c - 1], &b = map.channel[c];
+  const auto one_delay = [&](std::size_t first) {
+    const auto &a = map.channel[first], &b = map.channel[first + 1];
     if (a && b && a->delay != b->delay)
-      errors.add(b->origin, std::string("its delay differs from that of ") + infos[c - 1].name +
+      errors.add(b->origin, std::string("its delay differs from that of ") + infos[first].name +
                                 "; channels of one unit share it");
-  }
+  };
+  for (std::size_t c = 0; c + 1 < channels; ++c)
+    if (delay_group[c] == delay_group[c + 1]) one_delay(c);
+  one_delay(static_cast<std::size_t>(Source::latitude));
 }
 
 void check_channels(const LogMap& map, const Node& node, Errors& errors) {

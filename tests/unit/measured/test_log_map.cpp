@@ -55,5 +55,26 @@ TEST(LogMap, ChannelsOfAUnitStateItsFrameTogether) {
   EXPECT_THAT(why(place(R"({"x": 0})", R"({"x": 0.4})")), HasSubstr("/channels/y/frame/x"));
 }
 
+TEST(LogMap, WhatHasNoDelayOfItsOwnIsGivenNone) {
+  const auto throttle = [](const char* delay) {
+    return std::string(R"(, "vx": "v", "d": {"column": "gas", "delay": )") + delay + "}";
+  };
+  EXPECT_EQ(why(throttle("0")), "accepted");
+  EXPECT_THAT(why(throttle("\"0.1 s\"")),
+              AllOf(HasSubstr("/channels/d/delay"), HasSubstr("delays of the measurements, below 0")));
+  EXPECT_THAT(why(throttle("\"find\"")), HasSubstr("/channels/d/delay"));
+  EXPECT_THAT(why(R"(, "vx": "v")", R"({"column": "t", "delay": 0.1})"),
+              AllOf(HasSubstr("/time/delay"), HasSubstr("expected delays of channels")));
+}
+
+TEST(LogMap, LatitudeAndLongitudeAreLateTogether) {
+  const auto place = [](const char* delay) {
+    return std::string(R"(, "latitude": {"column": "a", "delay": 0.1}, "longitude": {"column": "b", "delay": )") +
+           delay + "}";
+  };
+  EXPECT_EQ(map_of(place("0.1")).delay(0), 0.1);
+  EXPECT_THAT(why(place("0")), HasSubstr("differs from that of latitude"));
+}
+
 }  // namespace test_log_map
 }  // namespace gripline::measured
