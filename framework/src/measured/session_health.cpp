@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <span>
 #include <string>
 
 #include "measured/displacement_lag.hpp"
@@ -125,6 +126,7 @@ class LagSums {
         Sums& s = sums_[std::min(k / block, blocks_ - 1) * lags_ + l];
         s.ab += a * b, s.aa += a * a, s.bb += b * b;
       }
+    leave_out_empty();
   }
 
   /// Delay of highest correlation when blocks count so often each; the correlation through `at`.
@@ -160,6 +162,17 @@ class LagSums {
   struct Sums {
     double ab = 0, aa = 0, bb = 0;
   };
+  /// Blocks in a gap of either channel: drawn, they would say nothing and pass for evidence.
+  void leave_out_empty() {
+    std::size_t kept = 0;
+    for (std::size_t b = 0; b < blocks_; ++b) {
+      const std::span<const Sums> of(sums_.data() + b * lags_, lags_);
+      if (std::ranges::none_of(of, [](const Sums& s) { return s.aa > 0.0 && s.bb > 0.0; })) continue;
+      std::ranges::copy(of, sums_.begin() + static_cast<std::ptrdiff_t>(kept++ * lags_));
+    }
+    blocks_ = kept;
+    sums_.resize(blocks_ * lags_);
+  }
   double dt_;
   long first_ = 0;  // lag, in steps of dt
   std::size_t blocks_ = 0, lags_ = 0;
@@ -177,7 +190,9 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
                const char* against, const Values& early, const std::optional<OneMotion>& motion) {
   constexpr double least_correlation = 0.5;
   constexpr int draws = 200;
+  constexpr std::size_t fewest_blocks = 3;
   const LagSums sums(manoeuvres(late, grid.dt), manoeuvres(early, grid.dt), grid.dt);
+  if (sums.blocks() < fewest_blocks) return;
   Delay delay{channel, against, 0, 0, 0, 0, motion.has_value(), sums.blocks()};
   delay.seconds = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
   if (!(delay.correlation > least_correlation)) return;

@@ -17,10 +17,10 @@ struct Delay {
   double low = 0, high = 0;  // 95 % by block bootstrap
   double correlation = 0;    // at that delay
   bool of_clock = true;      // both measure one motion; else the car's own response is in it
-  std::size_t blocks = 0;    // drawn from
+  std::size_t blocks = 0;    // drawn from, in which both channels were read; 3 at least
 };
 /// Yaw rate against heading, speed against place, steering and throttle against what the car does. Only pairs that
-/// correlate above 0.5.
+/// correlate above 0.5, over three blocks at least in which both were read.
 std::vector<Delay> delays_of(const Session& session);
 
 /// Velocity against place by displacements (displacement_lag.hpp), for sessions with x, yaw, vx and vy.
