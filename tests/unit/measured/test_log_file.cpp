@@ -112,6 +112,23 @@ TEST_F(LogFiles, WrappedYawIsMadeContinuous) {
   for (std::size_t k = 1; k < rows_.size(); ++k) EXPECT_NEAR(b[k * 6 + 2] - b[2], a[k * 6 + 2] - a[2], 1e-6);
 }
 
+/// At 10 Hz more than one row in twenty wraps; in degrees nearly all of them jump.
+TEST_F(LogFiles, ACarThatCirclesWrapsOftenInRadians) {
+  std::vector<Row> circles;
+  for (std::size_t k = 0; k < 300; ++k) {
+    const double t = 0.1 * static_cast<double>(k), yaw = 4.0 * t;
+    circles.push_back(
+        {t, 0.5 * std::sin(yaw), -0.5 * std::cos(yaw), std::remainder(yaw, 2.0 * M_PI), 2.0, 0.0, 4.0, 0.3, 0.12});
+  }
+  const LogFile log = read(circles);
+  ASSERT_EQ(log.stretches.size(), 1U);
+  EXPECT_NEAR(log.stretches[0].reading[299 * 6 + 2] - log.stretches[0].reading[2], 4.0 * 29.9, 1e-6);
+  for (Row& r : circles) r[3] *= 180.0 / M_PI;
+  EXPECT_NE(refusal(circles).find("degrees"), std::string::npos);
+  for (Row& r : circles) r[6] *= 180.0 / M_PI;
+  EXPECT_NE(refusal(circles).find("degrees"), std::string::npos) << "with the yaw rate in degrees too";
+}
+
 TEST_F(LogFiles, WrongUnitsAreToldByWhatTheyLookLike) {
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[4] *= 3.6; })).find("km/h"), std::string::npos);
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[3] *= 180 / M_PI; })).find("degrees"), std::string::npos);
