@@ -74,8 +74,9 @@ bool command_jumps(const std::vector<double>& command, std::size_t i, double lea
   return before * after < 0.0 && std::min(std::abs(before), std::abs(after)) > least;
 }
 
-/// Rows whose readings are all exactly zero, which sensors with noise never show.
+/// Rows whose readings are all exactly zero, which several sensors with noise never show at once.
 void drop_blank_rows(RawLog& raw, std::vector<Finding>& health) {
+  constexpr std::size_t several = 3;
   std::vector<std::size_t> written;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     std::size_t zeros = 0, others = 0;
@@ -83,7 +84,7 @@ void drop_blank_rows(RawLog& raw, std::vector<Finding>& health) {
       zeros += raw.at(i, c) == 0.0;
       others += std::isfinite(raw.at(i, c)) && raw.at(i, c) != 0.0;
     }
-    if (zeros == 0 || others > 0) written.push_back(i);
+    if (zeros < several || others > 0) written.push_back(i);
   }
   const std::size_t blank = raw.size() - written.size();
   // Half a log of zeros is a car that stands.

@@ -368,6 +368,35 @@ TEST_F(LogFiles, OutliersOfAnySizeAreLeftOutBeforeAnythingIsJudged) {
   }
 }
 
+/// As of a car on a straight whose yaw rate is read between its other channels, and is rounded to 0.
+TEST_F(LogFiles, ARowOfOneReadingThatIsZeroIsKept) {
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    rows.push_back(rows_[i]);
+    if (i % 3 == 0) continue;
+    for (std::size_t c = 1; c < 6; ++c) rows.back()[c] = NAN;
+    rows.back()[6] = i % 30 == 1 ? 0.0 : rows.back()[6];
+  }
+  const LogFile log = read(rows);
+  ASSERT_EQ(log.stretches.size(), 1U);
+  EXPECT_TRUE(log.stretches[0].interpolated.empty());
+}
+
+/// As of a logger that writes a command a little after the readings of its row.
+TEST_F(LogFiles, ARowWithoutReadingsTakesNoneFromTheSample) {
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    rows.push_back(rows_[i]);
+    if (i % 10 != 5) continue;
+    rows.push_back(rows_[i]);
+    rows.back()[0] += 0.004;
+    for (std::size_t c = 1; c < 7; ++c) rows.back()[c] = NAN;
+  }
+  const LogFile log = read(rows);
+  ASSERT_EQ(log.stretches.size(), 1U);
+  EXPECT_NEAR(log.stretches[0].reading[105 * channels + Channel::vx], rows_[105][4], 1e-9);
+}
+
 TEST_F(LogFiles, BlankRowsGoWithTheirCommandsWhichAreThenGuesses) {
   std::vector<std::size_t> blank;
   const LogFile log = read(changed([&](std::size_t i, Row& r) {
