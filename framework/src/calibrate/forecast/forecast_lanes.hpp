@@ -12,13 +12,14 @@
 
 namespace gripline::calibrate::forecast {
 
+using measured::Channel;
 using measured::CommandGrid;
 using measured::difference_of;
 using measured::Road;
 
 inline constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-inline constexpr std::size_t groups = 4;  // of channels with one delay: position, yaw, velocity, yaw rate
-inline constexpr std::array<std::size_t, channels> group_of = {0, 0, 1, 2, 2, 3};
+inline constexpr std::size_t groups = measured::delay_groups;
+using measured::delay_group;
 
 template <class T>
 using Row = std::array<T, channels>;
@@ -68,7 +69,7 @@ struct Setting {
   void approach(T* x, const Row<T>& shown, const Row<T>& reads) const {
     Row<T> off;
     for (std::size_t c = 0; c < channels; ++c) off[c] = shown[c] - reads[c];
-    axes.turn_back(off[measured::Channel::vx], off[measured::Channel::vy]);
+    axes.turn_back(off[Channel::vx], off[Channel::vy]);
     for (std::size_t c = 0; c < channels; ++c) x[c] += off[c];
   }
 };
