@@ -180,7 +180,7 @@ void import_log(std::string_view bytes) {
       errors.throw_if_any();
     }
     const measured::SessionFile file = measured::read_session(table, read);
-    measured::check_session(file, measured::typical_speed(file.session));
+    measured::check_session(file, measured::typical_speed(at_centre_of_gravity(file)));
     for (const measured::Finding& found : measured::health_of(file))
       require(!found.check.empty(), "a finding without a name");
     measured::write_gripline_log(scratch() / "logger.gripline.csv", file, read);

@@ -91,8 +91,9 @@ void print(const FitResult& result, double horizon, std::span<const calibrate::P
 /// How the car answers its steering, by the logs and by the fitted world.
 void print_cornering(const std::list<measured::SessionFile>& files, const Car& car, const StagedCar& model,
                      std::span<const double> params, const measured::TurningLateness& late) {
+  std::list<measured::Session> own;
   std::vector<const measured::Session*> sessions;
-  for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
+  for (const measured::SessionFile& file : files) sessions.push_back(&own.emplace_back(at_centre_of_gravity(file)));
   const auto [by_logs, why_not] = measured::steady_turning(sessions, car.lf + car.lr, car.v_ref, late);
   if (!by_logs) {
     std::cout << calibrate::no_understeer_text(why_not) << '\n';
@@ -165,7 +166,7 @@ std::list<measured::SessionFile> read_fit_logs(std::span<const std::string> name
     measured::check_session(files.back(), v_ref);
     warn_of_findings(name, files.back());
     for (const auto& findings :
-         {measured::constant_commands(files.back().session), measured::doubts_about(files.back().session)})
+         {measured::constant_commands(files.back().session), measured::doubts_about(files.back())})
       for (const measured::Finding& f : findings)
         std::cerr << "warning: " << name << ": " << f.check << ' ' << f.found << ": " << f.done << '\n';
   }

@@ -137,7 +137,7 @@ int import_log(Arguments args, OpenBag open) {
   if (table_file) write_table(*table_file, table);
   const measured::SessionFile file = measured::read_session(std::move(table), map);
   const double v_ref = (*given)["v-ref"].as<double>();
-  measured::check_session(file, v_ref > 0.0 ? v_ref : measured::typical_speed(file.session));
+  measured::check_session(file, v_ref > 0.0 ? v_ref : measured::typical_speed(at_centre_of_gravity(file)));
   print(measured::health_of(file));
   const auto remarks = measured::write_gripline_log(out, file, map);
   for (const std::string& remark : remarks) std::cout << remark << '\n';

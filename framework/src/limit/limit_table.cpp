@@ -107,11 +107,26 @@ struct Job {
   fs::path scratch, kept;  // where its process writes, where the result is kept (may be empty)
 };
 
+/// The job of each process that runs. Those that run in the end, as after an error, are ended.
+class Children {
+ public:
+  Children() = default;
+  ~Children() {
+    for (const auto& [pid, job] : running) kill(pid, SIGTERM);
+    for (const auto& [pid, job] : running) waitpid(pid, nullptr, 0);
+  }
+  Children(const Children&) = delete;
+  Children& operator=(const Children&) = delete;
+
+  std::map<pid_t, std::size_t> running;
+};
+
 /// Runs all jobs; throws when they are interrupted.
 void run_jobs(const WorldSpec& spec, const std::vector<Job>& jobs, int at_once, std::size_t done, std::size_t total,
               const std::function<void(std::size_t, std::size_t)>& progress) {
   const StopSignal stop(StopSignal::Reaction::note);
-  std::map<pid_t, std::size_t> running;
+  Children children;
+  auto& running = children.running;
   std::size_t next = 0;
   while ((next < jobs.size() || !running.empty()) && !StopSignal::seen()) {
     if (next < jobs.size() && running.size() < static_cast<std::size_t>(at_once)) {
@@ -129,8 +144,6 @@ void run_jobs(const WorldSpec& spec, const std::vector<Job>& jobs, int at_once, 
     progress(done, total);
     usleep(50'000);
   }
-  for (const auto& [pid, job] : running) kill(pid, SIGTERM);
-  for (const auto& [pid, job] : running) waitpid(pid, nullptr, 0);
   if (StopSignal::seen()) throw std::runtime_error("interrupted; finished laps are kept, the same command goes on");
 }
 

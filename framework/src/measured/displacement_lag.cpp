@@ -10,6 +10,7 @@ namespace gripline::measured {
 namespace {
 
 constexpr double window = 0.5, longest = 1.2;  // [s]
+constexpr std::size_t least_blocks = 8;        // of fewer the unknowns leave hardly any difference
 
 struct Vector {
   double x = 0, y = 0;
@@ -159,9 +160,8 @@ std::optional<long> best_lag(const Displacements& displacements) {
   return best;
 }
 
-/// Sums at a lag by blocks of ten seconds, less in a short log: few blocks hardly show how blocks differ.
+/// Sums at a lag by blocks of ten seconds, less in a short log, in which there are some.
 std::vector<Sums> by_blocks(const Displacements& displacements, long lag, double dt) {
-  constexpr std::size_t least_blocks = 8;
   const auto block =
       std::max<std::size_t>(1, std::min(static_cast<std::size_t>(10.0 / dt), displacements.size() / least_blocks));
   std::vector<Sums> blocks(displacements.size() / block + 1);
@@ -178,12 +178,11 @@ std::vector<Sums> by_blocks(const Displacements& displacements, long lag, double
 
 /// Least squares with an interval by blocks: what residuals are correlated by within one is in it.
 std::optional<DisplacementLag> displacement_lag(const PlaneMotion& motion) {
-  constexpr std::size_t fewest = 3;
   const Displacements displacements(motion);
   const std::optional<long> best = best_lag(displacements);
   if (!best) return std::nullopt;
   const std::vector<Sums> blocks = by_blocks(displacements, *best, motion.dt);
-  if (blocks.size() < fewest) return std::nullopt;
+  if (blocks.size() < least_blocks) return std::nullopt;
   Sums all;
   for (const Sums& one : blocks) all.add(one);
   const Square inverse = all.normal.ldlt().solve(Square::Identity());

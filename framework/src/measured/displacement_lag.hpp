@@ -18,7 +18,7 @@ struct PlaneMotion {
 
 struct DisplacementLag {
   double seconds = 0;      // positive: the velocity is the later one
-  double sigma = 0;        // standard deviation by blocks of at most ten seconds [s]
+  double sigma = 0;        // standard deviation by blocks of at most ten seconds, not yet widened for few of them [s]
   std::size_t blocks = 0;  // there are
   double explained = 0;    // share of the squared displacements that the velocity explains
 };
@@ -27,7 +27,7 @@ struct DisplacementLag {
 ///   place(t + w) - place(t) = (1 + scale) R(turn) integral of velocity + lever (heading(t + w) - heading(t))
 /// by the scale of the speeds, the turn of their axes, and where on the car the place is read. Nothing where noise
 /// says which lag is best, as of a car at nearly one speed, at which such a lever and a lag are the same; where fewer
-/// than three blocks have been read; and where the best lag is as far as they are tried, 1.2 s.
+/// than eight blocks have been read; and where the best lag is as far as they are tried, 1.2 s.
 std::optional<DisplacementLag> displacement_lag(const PlaneMotion& motion);
 
 }  // namespace gripline::measured

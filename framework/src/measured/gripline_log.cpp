@@ -22,20 +22,20 @@ void append(std::string& line, double value, int digits) {
 }
 
 /// The centre of gravity's reading behind the row's. `heading`: its yaw, also where the row has none.
-void remove_frames(std::array<double, channels>& r, double heading, const LogMap& map) {
-  r[Channel::yaw] -= map.pose.yaw;
-  if (map.pose.x != 0.0 || map.pose.y != 0.0) {  // else a place needs no heading
-    const double c = std::cos(heading - map.pose.yaw), s = std::sin(heading - map.pose.yaw);
-    r[Channel::x] -= map.pose.x * c - map.pose.y * s;
-    r[Channel::y] -= map.pose.x * s + map.pose.y * c;
+void remove_frames(Channels& r, double heading, const Frame& pose, const Frame& velocity) {
+  r[Channel::yaw] -= pose.yaw;
+  if (pose.x != 0.0 || pose.y != 0.0) {  // else a place needs no heading
+    const double c = std::cos(heading - pose.yaw), s = std::sin(heading - pose.yaw);
+    r[Channel::x] -= pose.x * c - pose.y * s;
+    r[Channel::y] -= pose.x * s + pose.y * c;
   }
-  const double cv = std::cos(map.velocity.yaw), sv = std::sin(map.velocity.yaw);
+  const double cv = std::cos(velocity.yaw), sv = std::sin(velocity.yaw);
   const double vx = r[Channel::vx] * cv - r[Channel::vy] * sv, vy = r[Channel::vy] * cv + r[Channel::vx] * sv;
-  const bool turned = map.velocity.yaw != 0.0 && !std::isnan(r[Channel::vy]);
+  const bool turned = velocity.yaw != 0.0 && !std::isnan(r[Channel::vy]);
   if (turned) r[Channel::vx] = vx, r[Channel::vy] = vy;
-  if (map.velocity.point_given && !std::isnan(r[Channel::yaw_rate])) {
-    r[Channel::vx] += map.velocity.y * r[Channel::yaw_rate];
-    r[Channel::vy] -= map.velocity.x * r[Channel::yaw_rate];
+  if ((velocity.x != 0.0 || velocity.y != 0.0) && !std::isnan(r[Channel::yaw_rate])) {
+    r[Channel::vx] += velocity.y * r[Channel::yaw_rate];
+    r[Channel::vy] -= velocity.x * r[Channel::yaw_rate];
   }
 }
 
@@ -50,7 +50,10 @@ double moved_reading(const Session& session, const Session& bridged, std::size_t
 
 }  // namespace
 
-Session at_centre_of_gravity(const Session& s, const LogMap& map, const std::array<double, delay_groups>& delays) {
+Session at_centre_of_gravity(const SessionFile& file, const std::array<double, delay_groups>& delays) {
+  const Session& s = file.session;
+  const bool on_time = std::ranges::all_of(delays, [](double delay) { return delay == 0.0; });
+  if (on_time && !file.pose.given() && !file.velocity.given()) return s;
   Session bridged = s, out = s;
   bridged.reading = bridged_readings(s.t, s.reading, even_motion);
   for (std::size_t i = 0; i < s.rows(); ++i) {
@@ -59,7 +62,8 @@ Session at_centre_of_gravity(const Session& s, const LogMap& map, const std::arr
       const double delay = delays[delay_group[c]];
       r[c] = delay == 0.0 ? s.at(i, c) : moved_reading(s, bridged, c, s.t[i] + delay);
     }
-    remove_frames(r, bridged.interpolate(Channel::yaw, s.t[i] + delays[delay_group[Channel::yaw]]), map);
+    remove_frames(r, bridged.interpolate(Channel::yaw, s.t[i] + delays[delay_group[Channel::yaw]]), file.pose,
+                  file.velocity);
     std::ranges::copy(r, out.reading.begin() + static_cast<std::ptrdiff_t>(i * channels));
   }
   return out;
@@ -86,7 +90,8 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
   std::vector<std::string> done;
   constexpr double least = 1e-3;  // [s] shorter delays are none
   const bool search = std::any_of(map.channel.begin(), map.channel.end(), [](const auto& c) { return c && !c->delay; });
-  std::array<double, delay_groups> delays = clock_delays(map, search ? delays_of(s) : std::vector<Delay>{});
+  std::array<double, delay_groups> delays =
+      clock_delays(map, search ? delays_of(at_centre_of_gravity(from)) : std::vector<Delay>{});
   for (std::size_t g = 0; g < delay_groups; ++g) {
     if (std::isnan(delays[g])) {
       done.push_back(std::string(delay_names[g]) + ": no delay could be found; none is taken off");
@@ -101,7 +106,7 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
   for (std::size_t c = 0; c < channels; ++c)
     if (s.has[c]) out += std::string(",") + source_info(static_cast<Source>(c)).column;
   out += from.has_throttle ? ",d,delta_rad\n" : ",delta_rad\n";
-  const Session own = at_centre_of_gravity(s, map, delays);
+  const Session own = at_centre_of_gravity(from, delays);
   for (std::size_t i = 0; i < s.rows(); ++i) {
     std::string line;
     append(line, s.t[i], 6);

@@ -13,9 +13,9 @@ namespace gripline::measured {
 /// Upper quartile of the speed while it moves [m/s].
 double typical_speed(const Session& session);
 
-/// The session as sensors at the centre of gravity would show it: each channel read its group's delay [s] after the
-/// row's time, without the map's frames.
-Session at_centre_of_gravity(const Session& session, const LogMap& map, const std::array<double, delay_groups>& delays);
+/// The session as sensors at the centre of gravity would show it: without the map's frames, each channel read its
+/// group's delay [s] after the row's time.
+Session at_centre_of_gravity(const SessionFile& file, const std::array<double, delay_groups>& delays = {});
 
 /// Writes t_s and those of x_m, y_m, yaw_rad, vx_mps, vy_mps, yaw_rate_radps, d, delta_rad that the session has, a row
 /// for each of its rows. Delays of the map, or those found where it says "find", are removed (a channel is read at the

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -29,6 +31,16 @@ inline constexpr std::array<ChannelInfo, channels> channel_info = {
      {"vx", "vx", "m/s", "vx_mps"},
      {"vy", "vy", "m/s", "vy_mps"},
      {"yaw_rate", "yaw rate", "rad/s", "yaw_rate_radps"}}};
+
+/// The difference of two readings of a channel. Headings differ by half a turn at most: how often a car turned round
+/// while none was read is not known.
+template <class T>
+T difference_of(std::size_t channel, const T& a, const T& b) {
+  constexpr double turn = 2.0 * std::numbers::pi;
+  T difference = a - b;
+  if (channel == Channel::yaw) difference -= turn * std::round(value(difference) / turn);
+  return difference;
+}
 
 /// Throttle and steering, of what belongs to a command.
 using Commands = std::array<double, 2>;

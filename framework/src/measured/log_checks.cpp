@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "measured/bridged_readings.hpp"
+#include "measured/unit_checks.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -56,34 +57,12 @@ std::vector<LogWindow> windows_of(RawLog raw, double dt) {
   return windows;
 }
 
-/// Median of `top` / `bottom` over windows where `bottom` is at least half its 90 % quantile.
-template <class Top, class Bottom>
-double usual_ratio(const std::vector<LogWindow>& windows, Top top, Bottom bottom) {
-  std::vector<double> sizes, ratios;
-  for (const LogWindow& w : windows) sizes.push_back(std::abs(bottom(w)));
-  const double enough = 0.5 * lower_quantile(sizes, 0.9, 0.0);
-  for (const LogWindow& w : windows)
-    if (std::abs(bottom(w)) >= enough && bottom(w) != 0.0) ratios.push_back(top(w) / bottom(w));
-  return upper_median(ratios, not_a_number);
-}
-
-/// A range of ratios that a wrong unit gives.
-struct WrongUnit {
-  double low, high;
-  const char* found;
-};
 void check_speed(const CsvTable& table, double ratio) {
-  constexpr std::array<WrongUnit, 8> units = {{{3.45, 3.8, "vx_mps looks like km/h; expected m/s"},
-                                               {3.1, 3.42, "vx_mps looks like ft/s; expected m/s"},
-                                               {2.1, 2.4, "vx_mps looks like mph; expected m/s"},
-                                               {1.85, 2.05, "vx_mps looks like knots; expected m/s"},
-                                               {7e-4, 1.4e-3, "x_m, y_m look like millimetres; expected m"},
-                                               {7e-3, 1.4e-2, "x_m, y_m look like centimetres; expected m"},
-                                               {700, 1400, "vx_mps looks like mm/s; expected m/s"},
-                                               {70, 140, "vx_mps looks like cm/s; expected m/s"}}};
   const std::string found = "vx_mps is " + significant(ratio) + " times the speed of x_m, y_m";
-  for (const WrongUnit& u : units)
-    if (ratio > u.low && ratio < u.high) refuse(table, found + ": " + u.found);
+  for (const WrongUnit& u : wrong_units)
+    if (ratio > u.low && ratio < u.high)
+      refuse(table, found + (u.of_place ? ": x_m, y_m look like " : ": vx_mps looks like ") + u.name +
+                        (u.of_place ? "; expected m" : "; expected m/s"));
   if (!(ratio > 0.6 && ratio < 1.6)) refuse(table, found + "; expected about 1");
 }
 
@@ -169,9 +148,15 @@ void check_commands(const CsvTable& table, const RawLog& raw, double delta_max) 
 }  // namespace
 
 void check_yaw_is_radians(const CsvTable& table, const RawLog& raw) {
+  constexpr double half_turn = std::numbers::pi, close = 0.5;  // [rad]
   std::size_t jumps = 0;
-  for (std::size_t i = 1; i < raw.size(); ++i)
-    if (std::abs(raw.at(i, Channel::yaw) - raw.at(i - 1, Channel::yaw)) > std::numbers::pi) ++jumps;
+  for (std::size_t i = 1; i < raw.size(); ++i) {
+    const double jump = raw.at(i, Channel::yaw) - raw.at(i - 1, Channel::yaw);
+    const double turn = raw.at(i, Channel::yaw_rate) * (raw.t[i] - raw.t[i - 1]);
+    // A car that circles wraps often, by a whole turn less what it turned; a rate in degrees tells nothing of that.
+    const double off = std::remainder(jump - (std::abs(turn) < half_turn ? turn : 0.0), 2.0 * half_turn);
+    if (std::abs(jump) > half_turn && std::abs(off) > close) ++jumps;
+  }
   if (20 * jumps > raw.size())
     refuse(table, "yaw_rad jumps by more than half a turn in " + std::to_string(jumps) + " of " +
                       std::to_string(raw.size()) + " rows: it looks like degrees; expected rad");

@@ -6,7 +6,7 @@
 
 namespace gripline::measured {
 
-/// A wrapped yaw in radians jumps by more than half a turn now and then; one in degrees does so in every quick bend.
+/// A yaw in radians jumps by about a turn where it wraps; one in degrees jumps by anything in every quick bend.
 void check_yaw_is_radians(const CsvTable& table, const RawLog& raw);
 /// Compares channels with each other over windows of half a second: a ratio of 3.6, 57.3 or 1000 is a wrong unit, a
 /// negative one a wrong frame.

@@ -23,7 +23,8 @@ double command_at(const RawLog& raw, const std::vector<double>& of, double t, st
   return of[hint] + share * (of[hint + 1] - of[hint]);
 }
 
-/// Rows first..last-1 on an even grid. A reading off its grid time is moved there along its own local slope.
+/// Rows first..last-1 on an even grid. A reading off its grid time is moved there along its own local slope; of rows
+/// that fall on one sample each channel has its last reading.
 Log to_grid(const RawLog& raw, std::size_t first, std::size_t last, double dt, double start) {
   Log log;
   log.dt = dt;
@@ -45,6 +46,7 @@ Log to_grid(const RawLog& raw, std::size_t first, std::size_t last, double dt, d
     const double late = (position - static_cast<double>(k)) * dt;
     for (std::size_t c = 0; c < channels; ++c) {
       double y = raw.reading[i * channels + c];
+      if (std::isnan(y)) continue;
       if (std::abs(late) > 1e-3 * dt && i > first + 1 && i + 2 < last) {
         const double rise = raw.reading[(i + 2) * channels + c] - raw.reading[(i - 2) * channels + c];
         const double change = late * rise / (raw.t[i + 2] - raw.t[i - 2]);

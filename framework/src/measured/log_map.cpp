@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
 #include "config/json_file.hpp"
 #include "config/units.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 namespace {
@@ -22,6 +24,7 @@ constexpr std::array<SourceInfo, source_count> infos = [] {
   return all;
 }();
 constexpr double longest_delay = 2.0;  // [s]
+constexpr double least_along = 0.5;    // share of the speed that a velocity's own axis shows
 
 std::string quoted(const std::string& column) {
   const bool plain = std::all_of(column.begin(), column.end(),
@@ -30,7 +33,8 @@ std::string quoted(const std::string& column) {
                                                                                                    : "`" + column + "`";
 }
 
-void read_delay(ObjectReader& r, MappedChannel& channel) {
+/// `against`: why what is read cannot be late; null where it can.
+void read_delay(ObjectReader& r, const char* against, MappedChannel& channel) {
   channel.delay = 0.0;
   const Node* const delay = r.find("delay");
   if (delay == nullptr) return;
@@ -38,6 +42,26 @@ void read_delay(ObjectReader& r, MappedChannel& channel) {
     channel.delay.reset();
   else
     channel.delay = read_number(*delay, "s", NumberRange::closed(-longest_delay, longest_delay), r.errors());
+  if (against != nullptr && channel.delay != 0.0) r.error_at("delay", against);
+}
+
+/// Why a source has no delay, null where it has one. Of the time `map` is null.
+const char* why_never_late(const LogMap* map, Source source) {
+  if (map == nullptr) return "the time itself is not late; expected delays of channels";
+  if (source == Source::d || source == Source::delta)
+    return "delays count from the commands; expected delays of the measurements, below 0 where the command is written "
+           "late; where the car answers late, an effect of the world";
+  return nullptr;
+}
+
+/// A number of a frame, which each of the unit's channels may state.
+void read_coordinate(ObjectReader& frame, const char* key, const char* unit, double limit, double& to, bool& given) {
+  if (!frame.has(key)) return;
+  const double number = frame.number(key, unit, NumberRange::closed(-limit, limit));
+  if (given && number != to)
+    frame.error_at(key, "another channel of this unit states " + significant(to) + ' ' + unit + "; expected the same");
+  to = number;
+  given = true;
 }
 
 void read_frame(ObjectReader& r, Source source, LogMap& map) {
@@ -49,16 +73,13 @@ void read_frame(ObjectReader& r, Source source, LogMap& map) {
     return;
   }
   Frame& to = pose ? map.pose : map.velocity;
-  const auto arm = NumberRange::closed(-20.0, 20.0);
-  if (frame.has("x") || frame.has("y")) {
-    to.x = frame.number("x", "m", arm, 0.0);
-    to.y = frame.number("y", "m", arm, 0.0);
-    to.point_given = true;
-  }
-  if (frame.has("yaw")) {
-    to.yaw = frame.number("yaw", "rad", NumberRange::closed(-3.2, 3.2));
-    to.yaw_given = true;
-  }
+  read_coordinate(frame, "x", "m", 20.0, to.x, to.x_given);
+  read_coordinate(frame, "y", "m", 20.0, to.y, to.y_given);
+  read_coordinate(frame, "yaw", "rad", 3.2, to.yaw, to.yaw_given);
+  if (!pose && frame.has("yaw") && std::abs(std::cos(to.yaw)) < least_along)
+    frame.error_at("yaw",
+                   "turned by more than 60 and less than 120 deg, vx hardly shows the speed; expected formulas that "
+                   "turn the columns A and B: vx = cos(a)*A - sin(a)*B, vy = sin(a)*A + cos(a)*B, at 90 deg -B and A");
 }
 
 void check_unit(const MappedChannel& channel, const char* unit, Errors& errors) {
@@ -99,7 +120,7 @@ MappedChannel read_channel(const Node& node, const char* unit, Errors& errors, L
     r.error_at("every", "only d and delta are read every so often; a measurement that repeats is \"held\"");
   if (channel.every > 0.0 && channel.held)
     r.error_at("every", "a command that is held jumps to each reading; one read every so often moves to it");
-  read_delay(r, channel);
+  read_delay(r, why_never_late(map, source), channel);
   if (map != nullptr) read_frame(r, source, *map);
   r.finish();
   check_unit(channel, unit, errors);
@@ -115,13 +136,15 @@ void read_bag_options(ObjectReader r, BagOptions& to) {
 }
 
 void check_groups(const LogMap& map, Errors& errors) {
-  for (std::size_t c = 1; c < channels; ++c) {
-    if (delay_group[c] != delay_group[c - 1]) continue;
-    const auto &a = map.channel[c - 1], &b = map.channel[c];
+  const auto one_delay = [&](std::size_t first) {
+    const auto &a = map.channel[first], &b = map.channel[first + 1];
     if (a && b && a->delay != b->delay)
-      errors.add(b->origin, std::string("its delay differs from that of ") + infos[c - 1].name +
+      errors.add(b->origin, std::string("its delay differs from that of ") + infos[first].name +
                                 "; channels of one unit share it");
-  }
+  };
+  for (std::size_t c = 0; c + 1 < channels; ++c)
+    if (delay_group[c] == delay_group[c + 1]) one_delay(c);
+  one_delay(static_cast<std::size_t>(Source::latitude));
 }
 
 void check_channels(const LogMap& map, const Node& node, Errors& errors) {

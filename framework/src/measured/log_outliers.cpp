@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "measured/unwrapped_angles.hpp"
 #include "util/numbers.hpp"
@@ -10,11 +9,6 @@
 
 namespace gripline::measured {
 namespace {
-
-/// The difference of two readings of a channel; headings differ by less than half a turn, wrapped or not.
-double difference_of(std::size_t channel, double a, double b) {
-  return channel == Channel::yaw ? std::remainder(a - b, 2.0 * std::numbers::pi) : a - b;
-}
 
 /// Median difference of each reading to its four neighbours on either side; not_a_number where fewer than four are
 /// read.
@@ -80,8 +74,9 @@ bool command_jumps(const std::vector<double>& command, std::size_t i, double lea
   return before * after < 0.0 && std::min(std::abs(before), std::abs(after)) > least;
 }
 
-/// Rows whose readings are all exactly zero, which sensors with noise never show.
+/// Rows whose readings are all exactly zero, which several sensors with noise never show at once.
 void drop_blank_rows(RawLog& raw, std::vector<Finding>& health) {
+  constexpr std::size_t several = 3;
   std::vector<std::size_t> written;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     std::size_t zeros = 0, others = 0;
@@ -89,7 +84,7 @@ void drop_blank_rows(RawLog& raw, std::vector<Finding>& health) {
       zeros += raw.at(i, c) == 0.0;
       others += std::isfinite(raw.at(i, c)) && raw.at(i, c) != 0.0;
     }
-    if (zeros == 0 || others > 0) written.push_back(i);
+    if (zeros < several || others > 0) written.push_back(i);
   }
   const std::size_t blank = raw.size() - written.size();
   // Half a log of zeros is a car that stands.

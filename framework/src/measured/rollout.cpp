@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "measured/velocity_axes.hpp"
+
 namespace gripline::measured {
 namespace {
 
@@ -34,18 +36,20 @@ int substeps_for(const StagedCar& car, const Trace& trace, const std::vector<dou
 std::vector<double> states_of_readings(const StagedCar& car, const std::vector<double>& readings,
                                        const std::vector<Place>& at) {
   std::vector<double> states = readings;
+  const auto axes = VelocityAxes<double>::of(car, nullptr);
   for (std::size_t k = 0; k < at.size(); ++k) {
     double* const x = states.data() + k * channels;
-    // Sensor errors change little with the state: fixed-point iteration converges.
+    // Beyond a turn of the velocity's axes sensor errors change little with the state: fixed-point iteration converges.
     for (int i = 0; i < 60; ++i) {
-      const auto shown = read_state(car, x, at[k]);
+      Channels off = read_state(car, x, at[k]);
       double largest = 0.0;
       for (std::size_t c = 0; c < channels; ++c) {
-        const double off = shown[c] - readings[k * channels + c];
-        if (std::isnan(off)) continue;
-        x[c] -= off;
-        largest = std::max(largest, std::abs(off));
+        off[c] -= readings[k * channels + c];
+        if (std::isnan(off[c])) off[c] = 0.0;
+        largest = std::max(largest, std::abs(off[c]));
       }
+      axes.turn_back(off[Channel::vx], off[Channel::vy]);
+      for (std::size_t c = 0; c < channels; ++c) x[c] -= off[c];
       if (largest < 1e-12) break;
     }
   }

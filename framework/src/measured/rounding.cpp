@@ -49,7 +49,7 @@ Channels reading_steps(std::span<const Log> stretches) {
     for (const Log& log : stretches)
       for (std::size_t k = 0; k < log.size(); ++k) values.push_back(log.reading[k * channels + c]);
     steps[c] = step_of(values);
-    if (c != 2 || steps[c] > 0.0) continue;
+    if (c != Channel::yaw || steps[c] > 0.0) continue;
     for (double& yaw : values) yaw = std::remainder(yaw, 2.0 * std::numbers::pi);
     steps[c] = step_of(std::move(values));
   }

@@ -7,6 +7,7 @@
 #include "measured/bridged_readings.hpp"
 #include "measured/gripline_log.hpp"
 #include "measured/session_file.hpp"
+#include "measured/unit_checks.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -58,19 +59,6 @@ std::vector<SessionWindow> windows_of(Session s) {
     windows.push_back(w);
   }
   return windows;
-}
-
-/// Median of top over bottom where the bottom is large enough to divide by.
-template <class Top, class Bottom>
-double usual_ratio(const std::vector<SessionWindow>& windows, Top top, Bottom bottom) {
-  std::vector<double> sizes, ratios;
-  for (const SessionWindow& w : windows)
-    if (std::isfinite(top(w) + bottom(w))) sizes.push_back(std::abs(bottom(w)));
-  const double enough = 0.5 * lower_quantile(sizes, 0.9);
-  for (const SessionWindow& w : windows)
-    if (std::isfinite(top(w) + bottom(w)) && std::abs(bottom(w)) >= enough && bottom(w) != 0.0)
-      ratios.push_back(top(w) / bottom(w));
-  return ratios.size() < 10 ? NAN : lower_quantile(ratios, 0.5);
 }
 
 /// Correlation of two values over windows.
@@ -170,7 +158,8 @@ double sideways_correlation(const Session& s, double slowest) {
 
 class Checks {
  public:
-  Checks(const SessionFile& file, double v_ref) : s_(file.session), v_ref_(v_ref), windows_(windows_of(s_)) {}
+  Checks(const SessionFile& file, double v_ref)
+      : s_(at_centre_of_gravity(file)), v_ref_(v_ref), windows_(windows_of(s_)) {}
 
   void run(bool derived) const {
     commands();
@@ -238,7 +227,7 @@ class Checks {
   void speed() const {
     const double ratio = usual_ratio(
         windows_, [](const SessionWindow& w) { return w.speed; },
-        [](const SessionWindow& w) { return w.way / w.seconds; });
+        [](const SessionWindow& w) { return w.way / w.seconds; }, fewest);
     if (std::isnan(ratio) || (ratio > 0.6 && ratio < 1.6)) return;
     const std::string found = "vx is " + significant(ratio) + " times the speed at which x and y move";
     if (ratio < -0.6 && ratio > -1.6) refuse(found + ": its sign is turned (\"sign\": -1), or the car drives backward");
@@ -248,28 +237,18 @@ class Checks {
       if (std::isfinite(w.speed)) speeds.push_back(std::abs(w.speed));
     if (ratio > 700 && ratio < 1400 && lower_quantile(speeds, 0.9) < no_car)
       refuse(found + ": x and y were taken for millimetres and are metres");
-    // No wider: the advice of a wrong unit is followed, and what is left of the error may pass.
-    struct Unit {
-      double low, high;
-      const char* meant;
-    };
-    constexpr std::array<Unit, 8> units = {{{3.45, 3.8, "vx looks like km/h (\"unit\": \"km/h\")"},
-                                            {3.1, 3.42, "vx looks like ft/s (\"unit\": \"ft/s\")"},
-                                            {2.1, 2.4, "vx looks like mph (\"unit\": \"mph\")"},
-                                            {1.85, 2.05, "vx looks like knots (\"unit\": \"kn\")"},
-                                            {7e-4, 1.4e-3, "x and y look like millimetres (\"unit\": \"mm\")"},
-                                            {7e-3, 1.4e-2, "x and y look like centimetres (\"unit\": \"cm\")"},
-                                            {700, 1400, "vx looks like mm/s (\"unit\": \"mm/s\")"},
-                                            {1 / 3.8, 1 / 3.45, "vx was taken for km/h and is m/s"}}};
-    for (const Unit& u : units)
-      if (ratio > u.low && ratio < u.high) refuse(found + ": " + u.meant);
+    for (const WrongUnit& u : wrong_units)
+      if (ratio > u.low && ratio < u.high)
+        refuse(found + (u.of_place ? ": x and y look like " : ": vx looks like ") + u.name + " (\"unit\": \"" + u.unit +
+               "\")");
+    if (ratio > 1 / 3.8 && ratio < 1 / 3.45) refuse(found + ": vx was taken for km/h and is m/s");
     refuse(found + "; expected about 1");
   }
 
   void yaw() const {
     const double ratio = usual_ratio(
         windows_, [](const SessionWindow& w) { return w.rate; },
-        [](const SessionWindow& w) { return w.turn / w.seconds; });
+        [](const SessionWindow& w) { return w.turn / w.seconds; }, fewest);
     if (std::isnan(ratio) || (ratio > 0.3 && ratio < 3.0)) return;
     const std::string found = "yaw_rate is " + significant(ratio) + " times the rate of yaw";
     if (ratio > 30 && ratio < 90) refuse(found + ": it looks like deg/s (\"unit\": \"deg/s\")");
@@ -320,14 +299,16 @@ class Checks {
              " s of driving; expected a positive one: turn delta's sign (\"sign\": -1), or yaw and y");
   }
 
-  const Session& s_;
+  static constexpr std::size_t fewest = 10;  // windows of a ratio
+  const Session s_;
   double v_ref_;
   std::vector<SessionWindow> windows_;
 };
 
 }  // namespace
 
-std::vector<Finding> doubts_about(const Session& s) {
+std::vector<Finding> doubts_about(const SessionFile& file) {
+  const Session s = at_centre_of_gravity(file);
   const std::vector<SessionWindow> windows = windows_of(s);
   const double slowest = 0.2 * typical_speed(s);
   std::vector<Finding> out;

@@ -29,6 +29,8 @@ class SessionReader {
 
   SessionFile read() {
     out_.session.name = table_.file.filename().string();
+    out_.pose = map_.pose;
+    out_.velocity = map_.velocity;
     for (const std::string& one : table_.found) note("file", one, "read so");
     read_time();
     for (std::size_t s = 0; s < source_count; ++s)
@@ -236,7 +238,7 @@ class SessionReader {
     } else {
       const bool sideways = !has(Source::vy);
       for (std::size_t i = 0; i < t.size(); ++i) {
-        const double c = std::cos(of(Source::yaw)[i]), s = std::sin(of(Source::yaw)[i]);
+        const double heading = of(Source::yaw)[i] - map_.pose.yaw, c = std::cos(heading), s = std::sin(heading);
         of(Source::vx).push_back(c * along_x[i] + s * along_y[i]);
         if (sideways) of(Source::vy).push_back(c * along_y[i] - s * along_x[i]);
       }

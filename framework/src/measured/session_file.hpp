@@ -18,6 +18,7 @@ struct SessionFile {
   bool derived_velocity = false;  // vx, vy from differences of the place
   bool derived_yaw = false;       // the course over ground
   double row_step = 0;            // median [s]
+  Frame pose, velocity;           // of the units whose readings these are, as the map states them
 };
 
 /// Reads a log through a map. Readings that are missing, or held from the row before where the map says so, are NaN;
@@ -28,13 +29,14 @@ struct SessionFile {
 SessionFile read_session(const std::filesystem::path& log, const LogMap& map);
 SessionFile read_session(DelimitedTable table, const LogMap& map);
 
-/// Checks that the numbers fit the map, by medians over driving, so that no outlier decides. Throws InputError with the
+/// Checks that the numbers fit the map, by medians over driving, so that no outlier decides; its frames are taken off
+/// first. Throws InputError with the
 /// evidence: units of speed, angles and time, a heading turned against the path, a steering angle or yaw rate of the
 /// other sign, a parked car. `v_ref`: typical speed of the car [m/s].
 void check_session(const SessionFile& file, double v_ref);
 
 /// Channels that hardly fit the others, but may: steering that the car does not follow, a lateral speed against the
 /// place.
-std::vector<Finding> doubts_about(const Session& session);
+std::vector<Finding> doubts_about(const SessionFile& file);
 
 }  // namespace gripline::measured

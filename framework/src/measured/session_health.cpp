@@ -4,10 +4,12 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <span>
 #include <string>
 
 #include "measured/displacement_lag.hpp"
 #include "measured/fine_delay.hpp"
+#include "measured/gripline_log.hpp"
 #include "measured/noise.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -124,6 +126,7 @@ class LagSums {
         Sums& s = sums_[std::min(k / block, blocks_ - 1) * lags_ + l];
         s.ab += a * b, s.aa += a * a, s.bb += b * b;
       }
+    leave_out_empty();
   }
 
   /// Delay of highest correlation when blocks count so often each; the correlation through `at`.
@@ -159,6 +162,17 @@ class LagSums {
   struct Sums {
     double ab = 0, aa = 0, bb = 0;
   };
+  /// Blocks in a gap of either channel: drawn, they would say nothing and pass for evidence.
+  void leave_out_empty() {
+    std::size_t kept = 0;
+    for (std::size_t b = 0; b < blocks_; ++b) {
+      const std::span<const Sums> of(sums_.data() + b * lags_, lags_);
+      if (std::ranges::none_of(of, [](const Sums& s) { return s.aa > 0.0 && s.bb > 0.0; })) continue;
+      std::ranges::copy(of, sums_.begin() + static_cast<std::ptrdiff_t>(kept++ * lags_));
+    }
+    blocks_ = kept;
+    sums_.resize(blocks_ * lags_);
+  }
   double dt_;
   long first_ = 0;  // lag, in steps of dt
   std::size_t blocks_ = 0, lags_ = 0;
@@ -176,7 +190,9 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
                const char* against, const Values& early, const std::optional<OneMotion>& motion) {
   constexpr double least_correlation = 0.5;
   constexpr int draws = 200;
+  constexpr std::size_t fewest_blocks = 3;
   const LagSums sums(manoeuvres(late, grid.dt), manoeuvres(early, grid.dt), grid.dt);
+  if (sums.blocks() < fewest_blocks) return;
   Delay delay{channel, against, 0, 0, 0, 0, motion.has_value(), sums.blocks()};
   delay.seconds = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
   if (!(delay.correlation > least_correlation)) return;
@@ -437,8 +453,9 @@ std::vector<Finding> health_of(const SessionFile& file) {
   held_and_jumping(file, out);
   jumps(file, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
-  for (Finding& finding : doubts_about(s)) out.push_back(std::move(finding));
-  if (const auto slip = slip_of(s, file.row_step))
+  for (Finding& finding : doubts_about(file)) out.push_back(std::move(finding));
+  const Session own = at_centre_of_gravity(file);
+  if (const auto slip = slip_of(own, file.row_step))
     out.push_back({Level::bad, "position",
                    std::string(slip->travel < 0.0 ? "falls back by " : "jumps ahead by ") +
                        significant(1e3 * std::abs(slip->travel)) + " ms of travel once every " +
@@ -446,7 +463,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
                    "kept as it is: predictions of whole periods do not see it, others miss by as much"});
   for (std::size_t c = 0; c < channels; ++c)
     if (const auto noise = s.has[c] ? noise_of(s, c, file.row_step) : std::nullopt) add_noise(*noise, c, out);
-  for (const Delay& d : delays_of(s))
+  for (const Delay& d : delays_of(own))
     out.push_back(
         {Level::good, std::string("delay of ") + d.channel,
          significant(d.seconds) + " s (" + significant(d.low) + " to " + significant(d.high) + ") against " + d.against,
@@ -461,8 +478,11 @@ std::array<double, delay_groups> clock_delays(const LogMap& map, const std::vect
     const auto stated = map.delay(g);
     delays[g] = stated.value_or(g < 2 ? 0.0 : not_a_number);
     if (stated) continue;
-    for (const Delay& d : found)
-      if (d.of_clock && std::string_view(d.channel) == delay_names[g]) delays[g] = d.seconds;
+    for (const Delay& d : found) {
+      if (!d.of_clock || std::string_view(d.channel) != delay_names[g]) continue;
+      const auto pose = std::ranges::find(delay_names, std::string_view(d.against)) - delay_names.begin();
+      delays[g] = delays[static_cast<std::size_t>(pose)] + d.seconds;
+    }
   }
   return delays;
 }

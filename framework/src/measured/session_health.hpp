@@ -17,10 +17,10 @@ struct Delay {
   double low = 0, high = 0;  // 95 % by block bootstrap
   double correlation = 0;    // at that delay
   bool of_clock = true;      // both measure one motion; else the car's own response is in it
-  std::size_t blocks = 0;    // drawn from
+  std::size_t blocks = 0;    // drawn from, in which both channels were read; 3 at least
 };
 /// Yaw rate against heading, speed against place, steering and throttle against what the car does. Only pairs that
-/// correlate above 0.5.
+/// correlate above 0.5, over three blocks at least in which both were read.
 std::vector<Delay> delays_of(const Session& session);
 
 /// Velocity against place by displacements (displacement_lag.hpp), for sessions with x, yaw, vx and vy.
@@ -42,7 +42,8 @@ std::vector<Finding> constant_commands(const Session& session);
 /// All of it as lines of a table, after what reading found.
 std::vector<Finding> health_of(const SessionFile& file);
 
-/// Delays of the groups as the map states them, or as found against the pose; NaN where nothing tells.
+/// Delays of the groups as the map states them, or the pose's own and what was found against it; NaN where nothing
+/// tells.
 std::array<double, delay_groups> clock_delays(const LogMap& map, const std::vector<Delay>& found);
 
 }  // namespace gripline::measured

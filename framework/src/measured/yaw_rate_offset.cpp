@@ -12,6 +12,7 @@ namespace gripline::measured {
 namespace {
 
 constexpr double stretch_length = 10.0;  // [s]
+constexpr std::size_t fewest_logs = 4;   // whose spread says anything
 
 /// From one reading of yaw to the next, or of several of them.
 struct TurnedBeyondYaw {
@@ -83,9 +84,8 @@ void add_stretches(const std::vector<TurnedBeyondYaw>& all, std::vector<TurnedBe
   }
 }
 
-/// Standard error of the ratio `offset` by the spread over so many parts; 0 for one part.
+/// Standard error of the ratio `offset` by the spread over so many parts, two or more.
 double standard_error(const std::vector<TurnedBeyondYaw>& parts, double offset) {
-  if (parts.size() < 2) return 0.0;
   double time = 0.0, square = 0.0;
   for (const TurnedBeyondYaw& one : parts) {
     const double off = one.angle - offset * one.time;
@@ -109,7 +109,7 @@ TurnedBeyondYaw sum_of(std::span<const TurnedBeyondYaw> parts) {
 
 std::pair<double, double> YawRateOffset::range() const {
   constexpr double sure = 0.99865;  // of a normal, three standard deviations on one side
-  const boost::math::students_t t(static_cast<double>(stretches) - 1.0);
+  const boost::math::students_t t(static_cast<double>(parts) - 1.0);
   const double half = sigma * boost::math::quantile(t, sure);
   return {value - half, value + half};
 }
@@ -126,9 +126,10 @@ std::optional<YawRateOffset> yaw_rate_offset(std::span<const Session* const> ses
   }
   if (stretches.size() < 2) return std::nullopt;
   const TurnedBeyondYaw sum = sum_of(stretches);
-  YawRateOffset out{sum.angle / sum.time, 0.0, stretches.size()};
-  out.sigma = std::max(standard_error(stretches, out.value), standard_error(logs, out.value));
-  return out;
+  const double value = sum.angle / sum.time, of_stretches = standard_error(stretches, value);
+  const double of_logs = logs.size() < fewest_logs ? 0.0 : standard_error(logs, value);
+  return of_logs > of_stretches ? YawRateOffset{value, of_logs, logs.size()}
+                                : YawRateOffset{value, of_stretches, stretches.size()};
 }
 
 }  // namespace gripline::measured

@@ -11,11 +11,11 @@ namespace gripline::measured {
 
 /// What the yaw rate shows beyond the change of yaw, a mean over time.
 struct YawRateOffset {
-  double value = 0;           // [rad/s]
-  double sigma = 0;           // standard error, by the spread over stretches or, if larger, over logs [rad/s]
-  std::size_t stretches = 0;  // two or more
-  /// What is as sure as three standard deviations of a normal (99.7 %), by the t distribution: wide where stretches are
-  /// few [rad/s].
+  double value = 0;       // [rad/s]
+  double sigma = 0;       // standard error, by the spread over stretches or, if larger, over logs [rad/s]
+  std::size_t parts = 0;  // stretches or logs that sigma is the spread of, two or more
+  /// What is as sure as three standard deviations of a normal (99.7 %), by the t distribution: wide where parts are few
+  /// [rad/s].
   std::pair<double, double> range() const;
 };
 
@@ -30,9 +30,9 @@ struct YawRateOffset {
 /// if anything, too large.
 ///
 /// Not so for what many stretches have in common: an offset that drifts or differs from log to log, and a scale of the
-/// yaw rate that is off, which shows as that share of the mean turn. Of several logs the same variance with logs in
-/// place of stretches is taken where it is larger; the spread of few logs is itself badly known, and of one log nothing
-/// of this is seen.
+/// yaw rate that is off, which shows as that share of the mean turn. Of four logs or more the same variance with logs in
+/// place of stretches is taken where it is larger; the spread of fewer logs is itself hardly known, and nothing of this
+/// is seen.
 std::optional<YawRateOffset> yaw_rate_offset(std::span<const Session* const> sessions);
 
 }  // namespace gripline::measured

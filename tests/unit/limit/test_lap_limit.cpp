@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/wait.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <stdexcept>
 
 #include "limit/lap_nlp.hpp"
 #include "limit/limit_table.hpp"
@@ -180,6 +184,17 @@ TEST(LimitTable, IsKeptAndReadByAWorld) {
   write_text(folder / "bad.csv", "factor,lap\n1,2\n");
   EXPECT_THAT(refusal([&] { world_of("{\"time_optimal_laps\": \"" + (folder / "bad.csv").string() + "\"}"); }),
               HasSubstr("lap_s"));
+}
+
+/// What fails while processes run, as the start of another one may, leaves none behind.
+TEST(LimitTable, AnErrorEndsTheProcessesThatRun) {
+  LimitRequest request;
+  request.factors = {0.8, 0.9, 1.0};
+  request.jobs = 2;
+  const auto fails = [](std::size_t, std::size_t) { throw std::runtime_error("no more"); };
+  EXPECT_THROW(compute_limits(world_of(), request, fails), std::runtime_error);
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a process was left";
+  EXPECT_EQ(errno, ECHILD);
 }
 
 }  // namespace test_lap_limit

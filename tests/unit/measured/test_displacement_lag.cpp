@@ -122,6 +122,14 @@ TEST(DisplacementLag, WhatWasNotReadIsLeftOut) {
   EXPECT_FALSE(displacement_lag(shown.motion()));
 }
 
+/// Five blocks, as many as there are unknowns, hardly differ once these are fitted to them.
+TEST(DisplacementLag, IsNotToldByAFewBlocks) {
+  Shown shown = show({.place_late = 0.1});
+  ASSERT_TRUE(displacement_lag(shown.motion()));
+  for (std::size_t k = 1800; k < shown.vx.size(); ++k) shown.vx[k] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(displacement_lag(shown.motion()));
+}
+
 TEST(DisplacementLag, IsNoneBeyondWhatIsTried) {
   EXPECT_FALSE(displacement_lag(show({.velocity_late = 1.5}).motion()));
 }

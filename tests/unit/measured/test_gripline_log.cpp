@@ -27,20 +27,25 @@ SessionFile circling() {
   }
   file.row_step = 0.05;
   file.has_throttle = true;
+  file.pose = {0.3, 0, 0.02, true, true, true};
+  file.velocity = {0.3, 0, 0, true, true, false};
   return file;
 }
 
-LogMap frames() {
+SessionFile without_frames(SessionFile file) {
+  file.pose = file.velocity = {};
+  return file;
+}
+
+LogMap late_yaw_rate() {
   LogMap map = gripline_map();
-  map.pose = {0.3, 0, 0.02, true, true};
-  map.velocity = {0.3, 0, 0, true, false};
   map.channel[5]->delay = 0.2;
   return map;
 }
 
 TEST(GriplineLog, ColumnsAreThoseOfTheCentreOfGravityAtTheRowsTime) {
   const auto out = scratch("own.csv");
-  const auto done = write_gripline_log(out, circling(), frames());
+  const auto done = write_gripline_log(out, circling(), late_yaw_rate());
   EXPECT_EQ(done, std::vector<std::string>{"yaw_rate: 0.2 s taken off"});
   const CsvTable table = read_csv(out, true);
   const auto column = [&](const char* name) { return table.column(name); };
@@ -68,7 +73,7 @@ TEST(GriplineLog, WhatTheSessionLacksIsNoColumn) {
 
 /// As of a compass at 4 Hz beside places in every row.
 TEST(GriplineLog, PlacesWithoutAHeadingInTheirRowAreKept) {
-  SessionFile file = circling();
+  SessionFile file = without_frames(circling());
   for (std::size_t i = 0; i < file.session.rows(); ++i)
     if (i % 5 != 0) file.session.reading[i * channels + Channel::yaw] = NAN;
   const auto out = scratch("own.csv");
@@ -79,7 +84,8 @@ TEST(GriplineLog, PlacesWithoutAHeadingInTheirRowAreKept) {
     EXPECT_NEAR(column("x_m")[i], file.session.at(i, Channel::x), 1e-5) << i;
     EXPECT_EQ(std::isnan(column("yaw_rad")[i]), i % 5 != 0) << i;
   }
-  write_gripline_log(out, file, frames());
+  file.pose = circling().pose;
+  write_gripline_log(out, file, late_yaw_rate());
   written = read_csv(out, true);
   for (std::size_t i = 0; i <= 395; ++i) {
     EXPECT_NEAR(column("x_m")[i], 20 * std::sin(0.025 * static_cast<double>(i)), 1e-5) << i;
@@ -93,7 +99,7 @@ TEST(GriplineLog, ADelayTakenOffLeavesAsManyReadings) {
   SessionFile file = circling();
   for (std::size_t i = 0; i < file.session.rows(); ++i)
     if (i % 4 != 0) file.session.reading[i * channels + Channel::yaw_rate] = NAN;
-  LogMap map = frames();
+  LogMap map = late_yaw_rate();
   map.channel[Channel::yaw_rate]->delay = 0.17;
   const auto out = scratch("own.csv");
   write_gripline_log(out, file, map);

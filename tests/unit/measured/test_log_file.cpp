@@ -112,6 +112,23 @@ TEST_F(LogFiles, WrappedYawIsMadeContinuous) {
   for (std::size_t k = 1; k < rows_.size(); ++k) EXPECT_NEAR(b[k * 6 + 2] - b[2], a[k * 6 + 2] - a[2], 1e-6);
 }
 
+/// At 10 Hz more than one row in twenty wraps; in degrees nearly all of them jump.
+TEST_F(LogFiles, ACarThatCirclesWrapsOftenInRadians) {
+  std::vector<Row> circles;
+  for (std::size_t k = 0; k < 300; ++k) {
+    const double t = 0.1 * static_cast<double>(k), yaw = 4.0 * t;
+    circles.push_back(
+        {t, 0.5 * std::sin(yaw), -0.5 * std::cos(yaw), std::remainder(yaw, 2.0 * M_PI), 2.0, 0.0, 4.0, 0.3, 0.12});
+  }
+  const LogFile log = read(circles);
+  ASSERT_EQ(log.stretches.size(), 1U);
+  EXPECT_NEAR(log.stretches[0].reading[299 * 6 + 2] - log.stretches[0].reading[2], 4.0 * 29.9, 1e-6);
+  for (Row& r : circles) r[3] *= 180.0 / M_PI;
+  EXPECT_NE(refusal(circles).find("degrees"), std::string::npos);
+  for (Row& r : circles) r[6] *= 180.0 / M_PI;
+  EXPECT_NE(refusal(circles).find("degrees"), std::string::npos) << "with the yaw rate in degrees too";
+}
+
 TEST_F(LogFiles, WrongUnitsAreToldByWhatTheyLookLike) {
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[4] *= 3.6; })).find("km/h"), std::string::npos);
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[3] *= 180 / M_PI; })).find("degrees"), std::string::npos);
@@ -349,6 +366,35 @@ TEST_F(LogFiles, OutliersOfAnySizeAreLeftOutBeforeAnythingIsJudged) {
       }
     EXPECT_LT(lost, rows_.size() * 6 / 100);
   }
+}
+
+/// As of a car on a straight whose yaw rate is read between its other channels, and is rounded to 0.
+TEST_F(LogFiles, ARowOfOneReadingThatIsZeroIsKept) {
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    rows.push_back(rows_[i]);
+    if (i % 3 == 0) continue;
+    for (std::size_t c = 1; c < 6; ++c) rows.back()[c] = NAN;
+    rows.back()[6] = i % 30 == 1 ? 0.0 : rows.back()[6];
+  }
+  const LogFile log = read(rows);
+  ASSERT_EQ(log.stretches.size(), 1U);
+  EXPECT_TRUE(log.stretches[0].interpolated.empty());
+}
+
+/// As of a logger that writes a command a little after the readings of its row.
+TEST_F(LogFiles, ARowWithoutReadingsTakesNoneFromTheSample) {
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    rows.push_back(rows_[i]);
+    if (i % 10 != 5) continue;
+    rows.push_back(rows_[i]);
+    rows.back()[0] += 0.004;
+    for (std::size_t c = 1; c < 7; ++c) rows.back()[c] = NAN;
+  }
+  const LogFile log = read(rows);
+  ASSERT_EQ(log.stretches.size(), 1U);
+  EXPECT_NEAR(log.stretches[0].reading[105 * channels + Channel::vx], rows_[105][4], 1e-9);
 }
 
 TEST_F(LogFiles, BlankRowsGoWithTheirCommandsWhichAreThenGuesses) {

@@ -94,5 +94,17 @@ TEST(Rollout, StatesAreReadThroughTheSensors) {
   EXPECT_TRUE(std::isnan(states[4]));
 }
 
+TEST(Rollout, StatesAreReadThroughAxesTurnedByAnyAngle) {
+  const DiagnoseRig rig;
+  for (const double turned : {0.3, 1.2, -2.0, 3.1}) {
+    const StagedCar car = rig.catalogue().build(rig.with("velocity_yaw", {turned}));
+    const double c = std::cos(turned), s = std::sin(turned);
+    const std::vector<double> readings = {1, 2, 0.3, 2.0 * c + 0.1 * s, 0.1 * c - 2.0 * s, 0.6};
+    const std::vector<double> states = states_of_readings(car, readings, std::vector<Place>(1));
+    EXPECT_NEAR(states[Channel::vx], 2.0, 1e-9) << turned;
+    EXPECT_NEAR(states[Channel::vy], 0.1, 1e-9) << turned;
+  }
+}
+
 }  // namespace test_rollout
 }  // namespace gripline::measured

@@ -523,7 +523,7 @@ TEST(SessionChecks, SteeringThatTheCarDoesNotFollowIsDoubted) {
       "delta": ")";
     text.append(formula).append(R"(", "vy": ")").append(sideways).append("\"}}");
     std::string names;
-    for (const Finding& f : doubts_about(read_session(log, map_of(text)).session)) names.append(f.check).append(" ");
+    for (const Finding& f : doubts_about(read_session(log, map_of(text)))) names.append(f.check).append(" ");
     return names;
   };
   EXPECT_EQ(found("steer", "-10 * sin(0.05 * sin(0.8 * t + 1.0))"), "");
@@ -532,14 +532,15 @@ TEST(SessionChecks, SteeringThatTheCarDoesNotFollowIsDoubted) {
 }
 
 /// A minute of a small car that weaves quickly, with noise of its sensors; a row every `dt`. `sign`: of vy as written.
-Session quick_weave(double dt, double sign) {
+SessionFile quick_weave(double dt, double sign) {
   constexpr double h = 0.001;
   const auto vx = [](double t) { return 1.5 + 0.3 * std::sin(0.5 * t); };
   const auto vy = [](double t) { return 0.12 * std::sin(9.0 * t) + 0.03 * std::sin(2.0 * t); };
   const auto rate = [](double t) { return 1.4 * std::sin(9.0 * t + 0.2) + 0.4 * std::sin(2.0 * t); };
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
-  Session s;
+  SessionFile file;
+  Session& s = file.session;
   s.has.fill(true);
   const auto every = static_cast<long>(std::round(dt / h));
   double x = 0.0, y = 0.0, yaw = 0.0;
@@ -556,7 +557,7 @@ Session quick_weave(double dt, double sign) {
     y += h * (vx(t) * std::sin(yaw) + vy(t) * std::cos(yaw));
     yaw += h * rate(t);
   }
-  return s;
+  return file;
 }
 
 /// No rate of rows hides that vy has the wrong sign, and none makes a right one doubtful.
@@ -567,6 +568,22 @@ TEST(SessionChecks, AVyOfTheWrongSignIsDoubtedAtAnyRate) {
       for (const Finding& f : doubts_about(quick_weave(1.0 / hertz, sign))) names.append(f.check).append(" ");
       EXPECT_EQ(names, sign > 0 ? "" : "vy ") << hertz << " Hz";
     }
+}
+
+/// What a map says of its units is not found wrong with them.
+TEST(SessionChecks, UnitsAreJudgedInTheFramesThatTheMapStates) {
+  const auto map = [](const char* yaw, const char* vx) {
+    return map_of(std::string(R"({"time": "t", "channels": {"x": "px", "y": "py", "yaw": {"column": "psi")") + yaw +
+                  R"(}, "vx": {"column": "v")" + vx + R"(}, "vy": "side", "yaw_rate": "r", "delta": "steer"}})");
+  };
+  const auto log = log_of("t,px,py,psi,v,side,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
+                                                           double rate, double delta) {
+    out << t << ',' << x << ',' << y << ',' << yaw + 1.5 << ",-10,0," << rate << ',' << delta << '\n';
+  });
+  const char *const pose = R"(, "frame": {"yaw": 1.5})", *const velocity = R"(, "frame": {"yaw": "180 deg"})";
+  EXPECT_EQ(why(log, map(pose, velocity)), "fine");
+  EXPECT_THAT(why(log, map(pose, "")), HasSubstr("its sign is turned"));
+  EXPECT_THAT(why(log, map("", velocity)), HasSubstr("deg off the path"));
 }
 
 TEST(SessionChecks, AParkedCarIsRefused) {

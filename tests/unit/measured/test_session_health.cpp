@@ -64,6 +64,8 @@ TEST(Delays, OfAChannelIsFoundWithAnIntervalThatHoldsIt) {
   map.channel[5].emplace().delay.reset();
   EXPECT_NEAR(clock_delays(map, delays)[3], 0.31, 0.01);
   EXPECT_EQ(clock_delays(map, delays)[2], 0.0);
+  map.channel[2].emplace().delay = 0.2;
+  EXPECT_NEAR(clock_delays(map, delays)[3], 0.51, 0.01) << "against a heading that is late itself";
 }
 
 TEST(Delays, AreTheSameAtAnyRate) {
@@ -92,6 +94,26 @@ TEST(Delays, AShortLogSaysHowLittleItKnows) {
   };
   const double of_short = width(15.0), of_long = width(200.0);
   EXPECT_GT(of_short, 1.5 * of_long);
+}
+
+/// A channel that is read in a part of the log has as many blocks as that part.
+TEST(Delays, BlocksWithoutReadingsDoNotCount) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  const Session s = wandering([&](double t, std::size_t, auto& row, auto&, auto& rate_at, auto&) {
+    row[5] = rate_at(t - 0.31) + 0.05 * normal(random);
+  });
+  const auto read_for = [&](double seconds) {
+    Session less = s;
+    for (std::size_t i = 0; i < s.rows(); ++i)
+      if (s.t[i] > seconds) less.reading[i * channels + Channel::yaw_rate] = NAN;
+    const auto delays = delays_of(less);
+    const Delay* const rate = find(delays, "yaw_rate", "yaw");
+    return rate == nullptr ? 0 : rate->blocks;
+  };
+  EXPECT_EQ(read_for(200.0), 19u);
+  EXPECT_EQ(read_for(48.0), 5u);
+  EXPECT_EQ(read_for(18.0), 0u);
 }
 
 TEST(Delays, NothingIsSaidOfWhatDoesNotBelongTogether) {

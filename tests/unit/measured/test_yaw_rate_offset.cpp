@@ -52,7 +52,7 @@ TEST(YawRateOffset, IsFoundExactlyWhereNothingIsNoisy) {
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->value, offset, 1e-5);  // of trapezia
     EXPECT_LT(found->sigma, 1e-5);
-    EXPECT_EQ(found->stretches, 6u);
+    EXPECT_EQ(found->parts, 6u);
     EXPECT_LT(found->range().first, offset + 1e-6);
     EXPECT_GT(found->range().second, offset - 1e-6);
   }
@@ -89,7 +89,7 @@ TEST(YawRateOffset, GapsAndReadingsThatAreMissingDoNotCount) {
   const auto found = offset_of(s);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->value, 0.05, 2e-4);
-  EXPECT_EQ(found->stretches, 5u);
+  EXPECT_EQ(found->parts, 5u);
 
   Session cut = turning(0.05, 60.0);  // rows are missing, of a car that goes on turning
   for (std::size_t row = 3000; row < cut.rows(); ++row) {
@@ -118,11 +118,20 @@ TEST(YawRateOffset, LogsCountTogetherByTheirTime) {
   const auto found = yaw_rate_offset(both);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->value, 0.03, 1e-4);
-  EXPECT_EQ(found->stretches, 9u);
-  // Two that differ: of each log sum S - 0.03 T is 0.6 rad, which the spread over their stretches makes 0.005 rad/s of.
-  EXPECT_NEAR(found->sigma, std::sqrt(2.0 * 2.0 * 0.6 * 0.6) / 90.0, 1e-4);
-  EXPECT_LT(found->range().first, 0.02);
-  EXPECT_GT(found->range().second, 0.05);
+  EXPECT_EQ(found->parts, 9u);
+  // Of six stretches S - 0.03 T is -0.1 rad, of three 0.2 rad; two logs say little of how logs differ.
+  EXPECT_NEAR(found->sigma, std::sqrt((6.0 * 0.1 * 0.1 + 3.0 * 0.2 * 0.2) * 9.0 / 8.0) / 90.0, 1e-5);
+}
+
+/// Of each log S - 0.035 T is 0.45 rad, which the spread over stretches makes half of.
+TEST(YawRateOffset, LogsThatDifferAreAsManyAsTheyAre) {
+  const Session low = turning(0.02, 30.0), high = turning(0.05, 30.0);
+  const auto found = yaw_rate_offset(std::array{&low, &high, &low, &high});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->parts, 4u);
+  EXPECT_NEAR(found->sigma, std::sqrt(4.0 * 0.45 * 0.45 * 4.0 / 3.0) / 120.0, 1e-5);
+  EXPECT_NEAR(found->range().second - found->value, 9.219 * found->sigma, 0.01 * found->sigma) << "t of 3 degrees";
+  EXPECT_EQ(yaw_rate_offset(std::array{&low, &high, &low})->parts, 9u);
 }
 
 TEST(YawRateOffset, LogsThatAgreeAreAsSureAsTheirStretches) {

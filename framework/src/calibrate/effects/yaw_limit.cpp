@@ -55,11 +55,10 @@ std::optional<measured::YawRateOffset> offset_by_yaw(const std::list<measured::S
 
 std::optional<measured::YawRateOffset> offset_by_yaw(std::list<measured::SessionFile> files,
                                                      const HeldOutTimes& held_out) {
-  constexpr std::size_t yaw = 2;
   for (measured::SessionFile& file : files) {
     Session& s = file.session;
     for (std::size_t row = 0; row < s.rows(); ++row)
-      if (held_out.holds(s.t[row] - s.t.front())) s.reading[row * channels + yaw] = not_a_number;
+      if (held_out.holds(s.t[row] - s.t.front())) s.reading[row * channels + measured::Channel::yaw] = not_a_number;
   }
   return offset_by_yaw(files);
 }

@@ -83,7 +83,8 @@ std::vector<std::vector<double>> PredictionErrors::errors(std::span<const double
     if (log.track) road.emplace(log.track);
     forecaster_.run<double>(*log.session, log.commands, road ? &*road : nullptr, params, log.starts, predicted,
                             steps != nullptr ? &(*steps)[all.size()] : nullptr);
-    for (std::size_t k = 0; k < predicted.size(); ++k) predicted[k] -= log.truth[k];
+    for (std::size_t k = 0; k < predicted.size(); ++k)
+      predicted[k] = measured::difference_of(k % channels, predicted[k], log.truth[k]);
     all.push_back(std::move(predicted));
   }
   return all;
@@ -151,7 +152,7 @@ void PredictionErrors::add_blocks(const FitLog& log, const Predicted& predicted,
   for (std::size_t k = 0; k < predicted.value.size(); ++k) {
     if (std::isnan(log.truth[k])) continue;
     const double scale = weighing.scale[k % channels];
-    double z = (predicted.value[k] - log.truth[k]) / scale;
+    double z = measured::difference_of(k % channels, predicted.value[k], log.truth[k]) / scale;
     const auto j = predicted.slope.col(static_cast<Eigen::Index>(k)) / scale;
     double steep = 0.0;
     for (Eigen::Index u = 0; u < n; ++u)

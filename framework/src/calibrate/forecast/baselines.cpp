@@ -53,31 +53,34 @@ std::array<double, channels> state_at(const Session& s, double start) {
 }  // namespace
 
 std::vector<double> baseline(Baseline which, const Session& s, const Starts& starts, double wheelbase) {
+  using measured::Channel;
   std::vector<double> out;
   for (const double start : starts.time) {
     const std::array<double, channels> now = state_at(s, start);
-    const double vy = std::isnan(now[4]) ? 0.0 : now[4];
+    const double vy = std::isnan(now[Channel::vy]) ? 0.0 : now[Channel::vy];
     // A log without a turn rate shows none; one that lacks it here leaves open how the car turns.
-    const double turn_rate = std::isnan(now[5]) && !s.has[5] ? 0.0 : now[5];
+    const double turn_rate =
+        std::isnan(now[Channel::yaw_rate]) && !s.has[Channel::yaw_rate] ? 0.0 : now[Channel::yaw_rate];
     for (const double h : starts.horizons) {
-      double curvature_rate = turn_rate, side = vy, rate = now[5];
+      double curvature_rate = turn_rate, side = vy, rate = now[Channel::yaw_rate];
       if (which == Baseline::constant_speed) curvature_rate = side = rate = 0.0;
       if (which == Baseline::kinematic) {
-        curvature_rate = now[3] * rolling_curvature(s, start, start + h, wheelbase);
-        rate = now[3] * std::tan(steering_at(s, start + h)) / wheelbase;
+        curvature_rate = now[Channel::vx] * rolling_curvature(s, start, start + h, wheelbase);
+        rate = now[Channel::vx] * std::tan(steering_at(s, start + h)) / wheelbase;
         side = 0.0;
       }
       // Constant velocities and turn rate: along a circle.
       const double turn = curvature_rate * h;
       const double along = std::abs(turn) > 1e-6 ? std::sin(turn) / turn : 1.0;
       const double across = std::abs(turn) > 1e-6 ? (1.0 - std::cos(turn)) / turn : 0.5 * turn;
-      const double ahead = h * (now[3] * along - side * across), left = h * (now[3] * across + side * along);
-      out.push_back(now[0] + ahead * std::cos(now[2]) - left * std::sin(now[2]));
-      out.push_back(now[1] + ahead * std::sin(now[2]) + left * std::cos(now[2]));
-      out.push_back(now[2] + turn);
-      out.push_back(now[3]);
-      out.push_back(std::isnan(now[4]) ? now[4] : side);
-      out.push_back(std::isnan(now[5]) ? now[5] : rate);
+      const double ahead = h * (now[Channel::vx] * along - side * across),
+                   left = h * (now[Channel::vx] * across + side * along);
+      out.push_back(now[Channel::x] + ahead * std::cos(now[Channel::yaw]) - left * std::sin(now[Channel::yaw]));
+      out.push_back(now[Channel::y] + ahead * std::sin(now[Channel::yaw]) + left * std::cos(now[Channel::yaw]));
+      out.push_back(now[Channel::yaw] + turn);
+      out.push_back(now[Channel::vx]);
+      out.push_back(std::isnan(now[Channel::vy]) ? now[Channel::vy] : side);
+      out.push_back(std::isnan(now[Channel::yaw_rate]) ? now[Channel::yaw_rate] : rate);
     }
   }
   return out;

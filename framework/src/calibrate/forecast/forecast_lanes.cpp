@@ -55,7 +55,8 @@ template <class T>
 void Lanes<T>::place(std::size_t lane) {
   const T* const row = x.data() + lane * channels;
   if (s_.road != nullptr)
-    at[lane] = s_.road->at(time[lane], value(row[0]), value(row[1]), value(row[2]), hint_[lane]);
+    at[lane] =
+        s_.road->at(time[lane], value(row[Channel::x]), value(row[Channel::y]), value(row[Channel::yaw]), hint_[lane]);
   else
     at[lane] = Place{};
   at[lane].t = time[lane] - s_.session.t.front();
@@ -79,7 +80,7 @@ void Lanes<T>::start(std::size_t lane) {
   T* const row = x.data() + lane * channels;
   Row<T> target{};
   for (std::size_t c = 0; c < channels; ++c) {
-    const T shown = s_.delay(group_of[c]) + time[lane];
+    const T shown = s_.delay(delay_group[c]) + time[lane];
     const std::size_t last = std::min(s_.session.row_before(read_until[lane]), s_.session.rows() - 1);
     std::size_t i = s_.session.row_before(value(shown) + 1e-9);
     if (i >= s_.session.rows()) i = 0;
@@ -95,10 +96,7 @@ void Lanes<T>::start(std::size_t lane) {
   }
   std::fill_n(pending.begin() + static_cast<std::ptrdiff_t>(lane * pending_size), pending_size, T(0));
   place(lane);
-  for (int i = 0; i < 8; ++i) {
-    const Row<T> shown = s_.read(row, at[lane]);
-    for (std::size_t c = 0; c < channels; ++c) row[c] += target[c] - shown[c];
-  }
+  for (int i = 0; i < 8; ++i) s_.approach(row, target, s_.read(row, at[lane]));
   if (s_.memory() == 0) return;
   // Steady memory for what is measured, by values: it is forgotten during the pre-roll.
   std::vector<double> motion(channels), steady(s_.memory());
@@ -150,7 +148,7 @@ void Lanes<T>::prescribe(std::size_t lane) {
   // A straight line over gaps says how fast the car went, whatever it did.
   constexpr double longest_gap = 10.0;  // [s]
   const Session& log = s_.session;
-  const T shown = time[lane] + step_ + s_.delay(group_of[3]);
+  const T shown = time[lane] + step_ + s_.delay(delay_group[Channel::vx]);
   double until = known_until_[lane];
   if (along_log(lane)) {  // what is kept for a start must not have seen rows after it
     const std::size_t row = log.row_before(value(shown) + 1e-9);
@@ -158,12 +156,15 @@ void Lanes<T>::prescribe(std::size_t lane) {
     until = std::min(until, log.t[std::min(next, log.rows() - 1)]);
   }
   double slope = 0.0;
-  const double at_most = std::min(value(shown), until), speed = log.bridge(3, at_most, until, longest_gap, &slope);
-  const std::size_t i = lane * channels + 3;
+  const double at_most = std::min(value(shown), until),
+               speed = log.bridge(Channel::vx, at_most, until, longest_gap, &slope);
+  const std::size_t first = lane * channels, i = first + Channel::vx;
   rate_[i] = T(0);
   if (std::isnan(speed)) return;
   T target(speed);
   if (value(shown) <= until) target += (shown - at_most) * slope;  // its derivative only
+  // What axes show of the car's own side speed, which are turned, is none of its speed.
+  target = (target - s_.axes.sine * begin_[first + Channel::vy]) / s_.axes.cosine;
   rate_[i] = (target - begin_[i]) * (1.0 / step_);
 }
 
@@ -171,7 +172,7 @@ template <class T>
 int Lanes<T>::substeps_for(double h) const {
   double slowest = 1e9, lag = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
-    const double v = std::abs(value(x[i * channels + 3]));
+    const double v = std::abs(value(x[i * channels + Channel::vx]));
     slowest = std::min(slowest, std::max(v, s_.options.v_min));
     lag = std::max(lag, s_.stiff.lag_at(v));
   }
@@ -222,13 +223,15 @@ template <class T>
 void Lanes<T>::limit_slow(std::size_t lane) {
   T* const now = x.data() + lane * channels;
   const T* const then = begin_.data() + lane * channels;
-  if (value(then[3]) > 0.0 && value(now[3]) < 0.0 && value(command_[lane].d) <= 0.0) now[3] = T(0);
-  const T v = value(now[3]) < 0.0 ? -now[3] : now[3];
+  if (value(then[Channel::vx]) > 0.0 && value(now[Channel::vx]) < 0.0 && value(command_[lane].d) <= 0.0)
+    now[Channel::vx] = T(0);
+  const T v = value(now[Channel::vx]) < 0.0 ? -now[Channel::vx] : now[Channel::vx];
   if (value(v) >= s_.options.v_min) return;
   const T most = v * (std::tan(s_.options.delta_max) / s_.options.wheelbase);
-  if (std::abs(value(now[5])) > value(most)) now[5] = value(now[5]) > 0.0 ? most : -most;
+  if (std::abs(value(now[Channel::yaw_rate])) > value(most))
+    now[Channel::yaw_rate] = value(now[Channel::yaw_rate]) > 0.0 ? most : -most;
   const T side = 0.5 * s_.options.wheelbase * most;
-  if (std::abs(value(now[4])) > value(side)) now[4] = value(now[4]) > 0.0 ? side : -side;
+  if (std::abs(value(now[Channel::vy])) > value(side)) now[Channel::vy] = value(now[Channel::vy]) > 0.0 ? side : -side;
 }
 
 /// Quadratic through the state and rate at the begin and the state at the end of the step.
@@ -325,8 +328,8 @@ const typename Lanes<T>::Seen& Lanes<T>::see(std::size_t lane, double h) {
       const Row<T> shown = reading_at(lane, share);
       const T late = eased(share), soon = 1.0 - late;
       for (std::size_t c = 0; c < channels; ++c) {
-        if (group_of[c] < g || group_of[c] >= next || std::isnan(log.at(row, c))) continue;
-        const T innovation = log.at(row, c) - shown[c];
+        if (delay_group[c] < g || delay_group[c] >= next || std::isnan(log.at(row, c))) continue;
+        const T innovation = difference_of(c, T(log.at(row, c)), shown[c]);
         const double inverse_square = inverse_square_of(row, c);
         seen.last[c] = innovation;
         seen.last_inverse_square[c] = inverse_square;
@@ -347,7 +350,7 @@ template <class T>
 T Lanes<T>::log_at(std::size_t lane, std::size_t channel, const T& shown) const {
   const Session& log = s_.session;
   const double now = value(shown);
-  const std::size_t i = row_at(lane, group_of[channel], now + 1e-9);
+  const std::size_t i = row_at(lane, delay_group[channel], now + 1e-9);
   T reading(log.interpolate_from(i, channel, now));
   if (i + 1 >= log.rows()) return reading;
   const double slope = (log.at(i + 1, channel) - log.at(i, channel)) / (log.t[i + 1] - log.t[i]);
@@ -360,11 +363,10 @@ template <class T>
 Row<T> Lanes<T>::state_of(std::size_t lane, const Row<T>& now, const Row<T>& shown) const {
   Row<T> z{}, reads = now;
   std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(lane * channels), channels, z.begin());
-  // A pass leaves the share of the difference by which the axes of the readings are turned against the car's [rad]: its
-  // cube is negligible for units that are mounted about straight.
+  // Of a sensor whose scale is wrong the third pass leaves the cube of its error.
   for (int i = 0; i < 3; ++i) {
     if (i > 0) reads = s_.read(z.data(), at[lane]);
-    for (std::size_t c = 0; c < channels; ++c) z[c] += shown[c] - reads[c];
+    s_.approach(z.data(), shown, reads);
   }
   return z;
 }
@@ -376,27 +378,27 @@ void Lanes<T>::shift(std::size_t lane, const Row<T>& now, const Row<T>& target) 
   T* const remembered = memory.data() + lane * s_.memory();
   T *const steer = remembered + s_.steer_memory, *const force = remembered + s_.force_memory;
   const auto moved = [&](std::size_t c) { return z[c] - row[c]; };
-  const T turn = s_[Extra::gain_yaw_rate] * moved(5) + s_[Extra::gain_turn] * moved(2);
-  *force += s_[Extra::gain_force] * moved(3);
-  const T speed = value(row[3]) > 2.0 * s_.options.v_min ? row[3] : T(2.0 * s_.options.v_min);
+  const T turn = s_[Extra::gain_yaw_rate] * moved(Channel::yaw_rate) + s_[Extra::gain_turn] * moved(Channel::yaw);
+  *force += s_[Extra::gain_force] * moved(Channel::vx);
+  const T speed = value(row[Channel::vx]) > 2.0 * s_.options.v_min ? row[Channel::vx] : T(2.0 * s_.options.v_min);
   *steer += s_[Extra::gain_steer] * turn * s_.options.wheelbase / speed;
   *force = clamp_value(*force, -force_limit, force_limit);
   *steer = clamp_value(*steer, -steer_limit, steer_limit);
-  row[0] += s_[Extra::gain_position] * moved(0);
-  row[1] += s_[Extra::gain_position] * moved(1);
-  row[2] += s_[Extra::gain_yaw] * moved(2);
-  row[3] += s_[Extra::gain_speed] * moved(3);
-  row[4] += s_[Extra::gain_lateral] * moved(4);
-  row[5] += turn;
+  row[Channel::x] += s_[Extra::gain_position] * moved(Channel::x);
+  row[Channel::y] += s_[Extra::gain_position] * moved(Channel::y);
+  row[Channel::yaw] += s_[Extra::gain_yaw] * moved(Channel::yaw);
+  row[Channel::vx] += s_[Extra::gain_speed] * moved(Channel::vx);
+  row[Channel::vy] += s_[Extra::gain_lateral] * moved(Channel::vy);
+  row[Channel::yaw_rate] += turn;
 }
 
 /// How fast the car is by the log; by its model where the log's last word on that is old.
 template <class T>
 T Lanes<T>::speed_of(std::size_t lane, const T& shown) const {
   constexpr double old = 0.3;  // [s]
-  T v = log_at(lane, 3, shown);
-  if (std::isnan(value(v))) v = T(s_.session.bridge(3, value(shown), value(shown), old));
-  if (std::isnan(value(v))) v = x[lane * channels + 3];
+  T v = log_at(lane, Channel::vx, shown);
+  if (std::isnan(value(v))) v = T(s_.session.bridge(Channel::vx, value(shown), value(shown), old));
+  if (std::isnan(value(v))) v = x[lane * channels + Channel::vx];
   return value(v) < 0.0 ? -v : v;
 }
 
@@ -412,7 +414,7 @@ void Lanes<T>::follow_when_slow(std::size_t lane, double h, const Seen& seen, co
     const T now = time[lane] + s_.delay(g);
     return value(now) < last ? now : T(last);
   };
-  const T v = speed_of(lane, shown_at(group_of[3]));
+  const T v = speed_of(lane, shown_at(delay_group[Channel::vx]));
   if (!(value(v) < 1.25 * s_.options.v_min)) return;
   const T slow = eased((1.25 * s_.options.v_min - v) * (1.0 / (0.25 * s_.options.v_min)));
   Row<T> target = s_.read(x.data() + lane * channels, at[lane]);
@@ -426,13 +428,13 @@ void Lanes<T>::follow_when_slow(std::size_t lane, double h, const Seen& seen, co
     if (value(weight) > value(most)) most = weight;
     const T shown = shown_at(g);
     for (std::size_t c = 0; c < channels; ++c) {
-      if (group_of[c] != g) continue;
+      if (delay_group[c] != g) continue;
       T off = seen.last[c] - (now[c] - before[c]);
       double inverse_square = seen.last_inverse_square[c];
       const T reading = value(left) < 1.0 ? T(nothing) : log_at(lane, c, shown);
       if (!std::isnan(value(reading))) {
         const std::size_t row = std::min(row_at(lane, g, value(shown) + 1e-9), log.rows() - 1);
-        off = reading - now[c];
+        off = difference_of(c, reading, now[c]);
         inverse_square =
             std::max(inverse_square_of(row, c), log.t[row] < value(shown) - 1e-9 ? inverse_square_of(row + 1, c) : 0.0);
       }

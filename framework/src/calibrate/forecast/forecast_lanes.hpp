@@ -8,15 +8,18 @@
 #include <vector>
 
 #include "calibrate/forecast/forecaster.hpp"
+#include "measured/velocity_axes.hpp"
 
 namespace gripline::calibrate::forecast {
 
+using measured::Channel;
 using measured::CommandGrid;
+using measured::difference_of;
 using measured::Road;
 
 inline constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-inline constexpr std::size_t groups = 4;  // of channels with one delay: position, yaw, velocity, yaw rate
-inline constexpr std::array<std::size_t, channels> group_of = {0, 0, 1, 2, 2, 3};
+inline constexpr std::size_t groups = measured::delay_groups;
+using measured::delay_group;
 
 template <class T>
 using Row = std::array<T, channels>;
@@ -49,6 +52,7 @@ struct Setting {
   double look_back;                 // [s] of the effects, into the commands
   Row<double> cauchy_scale;         // innovation of each channel from which on a row near a jump is hardly followed
   const std::vector<char>& jumped;  // by row: whether the log jumped there or shortly before as no car does
+  measured::VelocityAxes<T> axes;   // of its readings
 
   const T& operator[](Extra e) const { return extra[static_cast<std::size_t>(e)]; }
   const T& delay(std::size_t group) const { return extra[static_cast<std::size_t>(Extra::delay_position) + group]; }
@@ -59,6 +63,14 @@ struct Setting {
     Reading<T> r{x[0], x[1], x[2], x[3], x[4], x[5]};
     car.read(&r, 1, &at, params);
     return {r.x, r.y, r.yaw, r.vx, r.vy, r.omega};
+  }
+  /// Moves a state that reads as `reads` towards one that reads as `shown`. Turned axes leave nothing to a next pass,
+  /// levers what heading and yaw rate moved in this one, a wrong scale its share.
+  void approach(T* x, const Row<T>& shown, const Row<T>& reads) const {
+    Row<T> off;
+    for (std::size_t c = 0; c < channels; ++c) off[c] = shown[c] - reads[c];
+    axes.turn_back(off[Channel::vx], off[Channel::vy]);
+    for (std::size_t c = 0; c < channels; ++c) x[c] += off[c];
   }
 };
 

@@ -171,7 +171,7 @@ class Run {
 
   double speed_at(double time) const {
     const std::size_t row = s_.session.row_before(time + 1e-9);
-    const double v = row < s_.session.rows() ? s_.session.at(row, 3) : nothing;
+    const double v = row < s_.session.rows() ? s_.session.at(row, Channel::vx) : nothing;
     return std::isnan(v) ? 0.0 : std::abs(v);
   }
 
@@ -275,7 +275,7 @@ class Run {
       const T share = (T(time - (lanes.time[i] - h)) - s_.delay(g)) * (1.0 / h);
       const Row<T> shown = lanes.reading_at(i, share);
       for (std::size_t c = 0; c < channels; ++c)
-        if (group_of[c] == g) out[c] = shown[c];
+        if (delay_group[c] == g) out[c] = shown[c];
     }
   }
 

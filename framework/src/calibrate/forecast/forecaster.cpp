@@ -9,6 +9,7 @@
 namespace gripline::calibrate {
 namespace {
 
+using measured::Channel;
 using measured::CommandGrid;
 using measured::Road;
 
@@ -23,9 +24,9 @@ forecast::Stiffness stiffness_of(const StagedCar& car, const double* params, con
   forecast::Stiffness found;
   found.speed = {std::min(options.v_min, 0.5 * v_ref), v_ref, 2.0 * v_ref};
   std::vector<double> x(n * channels), rate(n * channels), memory(n * m), memory_rate(n * m);
-  for (std::size_t i = 0; i < n; ++i) x[i * channels + 3] = i < 3 ? v_ref : found.speed[(i - 3) / (1 + m)];
-  x[1 * channels + 4] = e * v_ref;
-  x[2 * channels + 5] = e * v_ref;
+  for (std::size_t i = 0; i < n; ++i) x[i * channels + Channel::vx] = i < 3 ? v_ref : found.speed[(i - 3) / (1 + m)];
+  x[1 * channels + Channel::vy] = e * v_ref;
+  x[2 * channels + Channel::yaw_rate] = e * v_ref;
   for (std::size_t k = 0; k < speeds; ++k)
     for (std::size_t j = 0; j < m; ++j) memory[(3 + k * (1 + m) + 1 + j) * m + j] = e;
   const std::vector<ActingCommand<double>> command(n);
@@ -43,8 +44,8 @@ forecast::Stiffness stiffness_of(const StagedCar& car, const double* params, con
   batch.motion_rate = rate.data();
   batch.memory_rate = memory_rate.data();
   car.rates(batch);
-  const double a11 = (rate[channels + 4] - rate[4]) / (e * v_ref);
-  const double a22 = (rate[2 * channels + 5] - rate[5]) / (e * v_ref);
+  const double a11 = (rate[channels + Channel::vy] - rate[Channel::vy]) / (e * v_ref);
+  const double a22 = (rate[2 * channels + Channel::yaw_rate] - rate[Channel::yaw_rate]) / (e * v_ref);
   found.lateral = 1.2 * std::max(std::abs(a11), std::abs(a22)) * v_ref;
   for (std::size_t k = 0; k < speeds; ++k)
     for (std::size_t j = 0; j < m; ++j) {
@@ -68,7 +69,7 @@ std::vector<char> rows_near_jumps(const Session& session, const forecast::Row<do
   std::array<std::size_t, channels> last{};
   double until = session.t.front() - 1.0;
   for (std::size_t i = 1; i < session.rows(); ++i) {
-    for (std::size_t c = 2; c < channels; ++c) {  // places are of one measurement with the heading
+    for (std::size_t c = Channel::yaw; c < channels; ++c) {  // places are of one measurement with the heading
       if (std::isnan(session.at(i, c))) continue;
       const double gap = session.t[i] - session.t[last[c]];
       if (std::abs(session.at(i, c) - session.at(last[c], c)) > 2.0 * cauchy_scale[c] * (1.0 + gap / usual_gap))
@@ -111,7 +112,7 @@ Forecaster::Forecaster(const StagedCar& car, ForecastOptions options)
   car_.add(steer_, {infos[0].start}, "steering disturbance");
   car_.add(force_, {infos[1].start}, "force disturbance");
   const measured::Frame &pose = options.pose, &velocity = options.velocity;
-  if (pose.point_given || pose.yaw_given || velocity.point_given || velocity.yaw_given)
+  if (pose.given() || velocity.given())
     car_.add(frames_, {pose.x, pose.y, pose.yaw, velocity.x, velocity.y, velocity.yaw}, "frames of the map");
 }
 
@@ -146,7 +147,8 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
                                      stiffness_of(car_, values.data(), options_),
                                      moved.look_back(),
                                      cauchy_scale,
-                                     jumped};
+                                     jumped,
+                                     measured::VelocityAxes<T>::of(car_, of_car.data())};
   forecast::Run<T> run(setting);
   run.observe(starts, steps);
   run.predict(starts, predicted);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <ostream>
 #include <random>
 
@@ -39,8 +38,7 @@ double square_of(std::size_t quantity, const double* predicted, const double* tr
     return dx * dx + dy * dy;
   }
   const std::size_t c = quantity + 1;
-  double e = predicted[c] - truth[c];
-  if (c == 2) e = std::remainder(e, 2.0 * std::numbers::pi);
+  const double e = measured::difference_of(c, predicted[c], truth[c]);
   return e * e;
 }
 

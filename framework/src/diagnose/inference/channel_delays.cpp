@@ -91,7 +91,7 @@ void join_pose(std::vector<ChannelDelay>& delays) {
 /// The interval that misses a delay with this probability. That of few blocks drawn anew is a normal's, of a spread
 /// that falls short by the root of (n - 1) / n: Student's is as wide as it must be.
 std::pair<double, double> interval(const measured::Delay& d, double missing) {
-  const double n = std::max(2.0, static_cast<double>(d.blocks));
+  const auto n = static_cast<double>(d.blocks);  // 3 at least
   const boost::math::students_t student(n - 1.0);
   const double wider = boost::math::quantile(student, 1.0 - 0.5 * missing) * std::sqrt(n / (n - 1.0)) / normal_95;
   return {d.seconds - wider * (d.seconds - d.low), d.seconds + wider * (d.high - d.seconds)};

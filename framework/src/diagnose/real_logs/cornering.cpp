@@ -1,6 +1,7 @@
 #include "diagnose/real_logs/cornering.hpp"
 
 #include "calibrate/fit/handling.hpp"
+#include "measured/gripline_log.hpp"
 
 namespace gripline::diagnose {
 
@@ -11,8 +12,9 @@ Cornering cornering_of(const std::list<measured::SessionFile>& files, const Worl
   context.car = car;
   const Vehicle as_given(given.vehicle, context), as_found(found.spec.vehicle, context);
   const calibrate::Forecaster forecaster(as_found.car(), calibrate::forecast_options(found.spec));
+  std::list<measured::Session> own;
   std::vector<const measured::Session*> sessions;
-  for (const measured::SessionFile& file : files) sessions.push_back(&file.session);
+  for (const measured::SessionFile& file : files) sessions.push_back(&own.emplace_back(at_centre_of_gravity(file)));
   std::vector<calibrate::FittedParameter> known = found.parameters;
   known.insert(known.end(), found.undetermined.begin(), found.undetermined.end());
   const auto late = calibrate::turning_lateness(forecaster, found.params, known);

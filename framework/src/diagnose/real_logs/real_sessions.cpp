@@ -61,7 +61,7 @@ std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, co
   for (std::size_t g = 0; g < stated.size(); ++g) stated[g] = map.delay(g).value_or(0.0);
   std::vector<measured::LogFile> logs;
   for (const SessionFile& file : files) {
-    measured::Session own = measured::at_centre_of_gravity(file.session, map, stated);
+    measured::Session own = measured::at_centre_of_gravity(file, stated);
     if (file.derived_yaw) forget_yaw_rate(own);
     logs.push_back(measured::on_even_grid(own, v_ref));
   }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -292,8 +293,9 @@ TEST(Forecaster, DerivativesByFramesHoldWhereTheCarHardlyMoves) {
       }
     }
   }
-  // A sideways velocity that a car near standstill starts with grows stiffly: a few predictions have a kink there.
-  EXPECT_LT(off, compared / 50);
+  // A sideways velocity that a car near standstill starts with grows stiffly: some predictions have a kink there, up to
+  // one in twenty by the last digits of the states. Without the derivatives six in ten are off.
+  EXPECT_LT(off, compared / 10);
 }
 
 /// The cost moves as its derivative says: a jump would be a move that no slope explains.
@@ -454,6 +456,25 @@ TEST(Forecaster, StepsNeedNotBeEqual) {
   EXPECT_LT(worst(even, starts, predicted, 3), 5e-3);
 }
 
+TEST(Forecaster, ATurnOfMoreThanHalfARoundWithoutAHeadingIsNoInnovation) {
+  const CalibrateRig rig;
+  const Session good = drive(rig.vehicle.car(), {.seconds = 14, .command = [](double) {
+                                                   return CommandSample<double>{0.35, 0.25};
+                                                 }});
+  constexpr std::size_t first = 300, last = 380;
+  ASSERT_GT(std::abs(good.at(last, 2) - good.at(first, 2)), std::numbers::pi);
+  Session s = good;
+  for (std::size_t i = first; i < s.rows(); ++i) {
+    double& yaw = s.reading[i * channels + 2];
+    yaw = i < last ? NAN : yaw - 2.0 * std::numbers::pi;  // as headings are unwrapped
+  }
+  Starts starts{{}, {0.5, 1.0}};
+  for (std::size_t i = last + 1; i < last + 50; i += 4) starts.time.push_back(s.t[i]);
+  const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  EXPECT_LT(worst(good, starts, predicted, 0), 0.01);
+  EXPECT_LT(worst(good, starts, predicted, 5), 0.02);
+}
+
 TEST(Forecaster, SpeedsAndYawRateAreEnough) {
   const CalibrateRig rig;
   Session s = drive(rig.vehicle.car(), {.seconds = 20});
@@ -531,26 +552,53 @@ TEST(Forecaster, ReadingsAreAskedForWhereRowsAreSeenAndPredictionsShown) {
   EXPECT_LT(per_row, 6.0);
 }
 
-TEST(Forecaster, FramesThatTheMapStatesAreShown) {
-  CalibrateRig rig;
-  Session s = drive(rig.vehicle.car(), {.seconds = 20});
-  auto options = rig.forecaster.options();
-  options.pose = {0.3, 0.1, 0.2, true, true};
-  options.velocity = {0.2, 0.0, 0.1, true, true};
-  const Forecaster shown(rig.vehicle.car(), options);
+/// A log of units at these points, turned so.
+Session seen_by(Session s, const measured::Frame& pose, const measured::Frame& velocity) {
+  const double turned_c = std::cos(velocity.yaw), turned_s = std::sin(velocity.yaw);
   for (std::size_t i = 0; i < s.rows(); ++i) {
     double* const r = s.reading.data() + i * channels;
     const double c = std::cos(r[2]), q = std::sin(r[2]);
-    r[0] += 0.3 * c - 0.1 * q, r[1] += 0.3 * q + 0.1 * c, r[2] += 0.2;
-    const double vy = r[4] + 0.2 * r[5], vx = r[3];
-    r[3] = vx * std::cos(0.1) + vy * std::sin(0.1), r[4] = vy * std::cos(0.1) - vx * std::sin(0.1);
+    r[0] += pose.x * c - pose.y * q, r[1] += pose.x * q + pose.y * c, r[2] += pose.yaw;
+    const double vx = r[3] - velocity.y * r[5], vy = r[4] + velocity.x * r[5];
+    r[3] = vx * turned_c + vy * turned_s, r[4] = vy * turned_c - vx * turned_s;
   }
-  const Starts starts = some_starts(s);
-  std::vector<double> predicted;
-  shown.run<double>(s, measured::CommandGrid(s, 0.02), nullptr, shown.defaults(), starts, predicted);
-  EXPECT_LT(worst(s, starts, predicted, 0), 3e-3);
-  EXPECT_LT(worst(s, starts, predicted, 2), 3e-3);
-  EXPECT_LT(worst(s, starts, predicted, 4), 1e-2);
+  return s;
+}
+
+TEST(Forecaster, FramesThatTheMapStatesAreShown) {
+  CalibrateRig rig;
+  const Session own = drive(rig.vehicle.car(), {.seconds = 20});
+  auto options = rig.forecaster.options();
+  options.pose = {0.3, 0.1, 0.2, true, true, true};
+  for (const double turned : {0.1, 0.9, -2.0, 3.1}) {
+    options.velocity = {0.2, 0.0, turned, true, true, true};
+    const Forecaster shown(rig.vehicle.car(), options);
+    const Session s = seen_by(own, options.pose, options.velocity);
+    const Starts starts = some_starts(s);
+    std::vector<double> predicted;
+    shown.run<double>(s, measured::CommandGrid(s, 0.02), nullptr, shown.defaults(), starts, predicted);
+    EXPECT_LT(worst(s, starts, predicted, 0), 3e-3) << turned;
+    EXPECT_LT(worst(s, starts, predicted, 2), 3e-3) << turned;
+    EXPECT_LT(worst(s, starts, predicted, 4), 1e-2) << turned;
+  }
+}
+
+TEST(Forecaster, ASpeedThatIsPrescribedIsReadThroughTheFrameOfItsUnit) {
+  const CalibrateRig rig;
+  const Session own = drive(rig.vehicle.car(), {.seconds = 20});
+  for (const double turned : {0.5, std::numbers::pi}) {
+    auto options = rig.forecaster.options();
+    options.velocity = {0.0, 0.0, turned, false, false, true};
+    const Forecaster shown(rig.vehicle.car(), options);
+    Session s = seen_by(own, {}, options.velocity);
+    s.prescribed_speed = true;
+    for (auto& command : s.command) command.d = 0.0;
+    const Starts starts = some_starts(s);
+    std::vector<double> predicted;
+    shown.run<double>(s, measured::CommandGrid(s, 0.02), nullptr, shown.defaults(), starts, predicted);
+    EXPECT_LT(worst(s, starts, predicted, 2), 5e-3) << turned;
+    EXPECT_LT(worst(s, starts, predicted, 3), 2e-2) << turned;
+  }
 }
 
 }  // namespace test_forecaster
