@@ -350,6 +350,8 @@ int predict(const po::variables_map& given) {
                         calibrate::FitLog::Speed::own);
   if (log.starts.time.empty())
     throw InputError(request.log + ": too short for a horizon of " + number_text(request.horizons.back()) + " s");
+  if (const std::string channels = calibrate::never_compared(log); !channels.empty())
+    std::cerr << "warning: " << request.log << ": " << channels << '\n';
   if (world.spec.track && calibrate::lies_on(file.session, *world.spec.track))
     log.track = world.spec.track;
   else if (world.spec.track)

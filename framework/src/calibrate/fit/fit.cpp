@@ -200,6 +200,8 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
     const measured::Session& session = one.file->session;
     logs.emplace_back(session, grid_step, options.horizons, std::min(every, std::max(start_spacing, one.seconds / 20)),
                       one.slowest);
+    if (const std::string channels = never_compared(logs.back()); !channels.empty())
+      print_line(options, "warning: " + session.name + ": " + channels);
     if (track && lies_on(session, *track)) logs.back().track = track;
     mean += static_cast<double>(logs.back().starts.time.size()) / static_cast<double>(driven.size());
   }
