@@ -38,10 +38,9 @@ void print_parameters(const FitResult& result, std::span<const calibrate::Parame
   std::cout << "\nparameter" << std::string(width - 7, ' ')
             << "value        95 %                       prior        unit\n";
   for (const FittedParameter& p : result.parameters) {
-    const char* const remark = p.status == FittedParameter::Status::determined ? ""
-                               : p.status == FittedParameter::Status::undetermined
-                                   ? "  undetermined: kept at its prior"
-                                   : "  at its bound: kept at its prior";
+    const char* const remark = p.status == FittedParameter::Status::determined     ? ""
+                               : p.status == FittedParameter::Status::undetermined ? "  undetermined: kept at its prior"
+                                                                                   : "  at its bound: kept there";
     std::string line = p.unknown.pointer + std::string(width + 2 - p.unknown.pointer.size(), ' ') +
                        format("%-12.6g (%.4g .. %.4g)", p.value, p.interval.low, p.interval.high);
     line += std::string(line.size() < width + 42 ? width + 42 - line.size() : 1, ' ');
