@@ -175,8 +175,9 @@ calibrate::FitOptions fit_options_of(const po::variables_map& given, const World
   calibrate::FitOptions fit;
   fit.slowest = calibrate::slowest_start(world);
   fit.crawling = world.car.car.v_min;
-  fit.starts =
-      static_cast<std::size_t>(std::clamp<std::int64_t>(whole_number(given, "starts", "--starts"), 20, 100000));
+  const std::int64_t starts = whole_number(given, "starts", "--starts");
+  if (starts < 1) throw InputError("--starts: expected a number of 1 or more, of which at least 20 are compared");
+  fit.starts = static_cast<std::size_t>(std::clamp<std::int64_t>(starts, 20, 100000));
   fit.seed = static_cast<unsigned>(whole_number(given, "seed", "--seed"));
   if (!given["quiet"].as<bool>()) fit.print = [](const std::string& line) { std::cerr << line << '\n'; };
   return fit;

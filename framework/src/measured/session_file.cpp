@@ -141,6 +141,12 @@ class SessionReader {
     of_header_[static_cast<std::size_t>(source)] = unit_of_header_;
     Values& to = of(source);
     for (const std::size_t r : row_) to.push_back(all[r]);
+    const bool command = source == Source::d || source == Source::delta;
+    if (!command && std::ranges::all_of(to, [](double v) { return std::isnan(v); })) {
+      to.clear();
+      note(info.name, "no number in its column", "taken for absent");
+      return;
+    }
     if (!channel.held || channel.command) return;
     note(info.name, std::to_string(drop_held(out_.session.t, to)) + " rows hold the value before",
          "read when it is new, or stays for longer than usual");

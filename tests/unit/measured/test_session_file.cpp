@@ -421,6 +421,18 @@ TEST(SessionFile, TextWhereNumbersBelongIsSaid) {
   EXPECT_THAT(why(time, speed_map()), AllOf(HasSubstr("column t: none"), HasSubstr("times are read as 12.5, 1:02.5")));
 }
 
+TEST(SessionFile, AColumnWithoutANumberIsAbsent) {
+  const auto log = log_of("t_s,x_m,y_m,yaw_rad,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double x, double y, double, double rate, double d) {
+                            out << t << ',' << x << ',' << y << ",nan,10," << rate << ',' << d << '\n';
+                          });
+  const SessionFile file = read_session(log, gripline_map());
+  EXPECT_TRUE(file.derived_yaw);
+  EXPECT_TRUE(file.session.has[Channel::yaw]);  // the course
+  EXPECT_THAT(notes_of(file), AllOf(HasSubstr("yaw: no number in its column; taken for absent"),
+                                    HasSubstr("yaw: absent; the course over ground is taken")));
+}
+
 TEST(SessionFile, AClockThatIsSetAfterTheFirstRowsLeavesThemOut) {
   const auto log = log_with([](std::ostream& out, double t) { out << (t < 0.11 ? t : 1700000000.0 + t) << ",10"; });
   const SessionFile file = read_session(log, speed_map());
