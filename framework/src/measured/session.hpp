@@ -1,4 +1,4 @@
-// One measured log, by the time from its first row on: rows as they were written, in SI units and the axes of this project.
+// One measured log, by the time from its first row on: rows as they were written, in SI units and axes of this project.
 #pragma once
 
 #include <array>
