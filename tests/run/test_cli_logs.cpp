@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iomanip>
 #include <sstream>
 
 #include "measured/delimited_table.hpp"
@@ -44,6 +45,25 @@ TEST_F(ModelsAndLogs, PredictComparesAWorldWithModelsThatKnowNothing) {
   const Outcome predicted = gripline_with({"predict", world, log(), "--horizon", "0.1", "--out", folder_ / "p.csv"});
   EXPECT_EQ(predicted.code, 0) << predicted.err;
   EXPECT_EQ(measured::read_delimited(folder_ / "p.csv").rows(), 4u);  // three that know nothing, and this world
+}
+
+/// Near 1.7e9 s neighbouring numbers are 2.4e-7 s apart: nothing may depend on when a clock began to count.
+TEST_F(ModelsAndLogs, AClockThatCountsFrom1970ChangesNoError) {
+  std::istringstream rows(contents(log()));
+  std::ostringstream later;
+  std::string line;
+  std::getline(rows, line);
+  ASSERT_TRUE(line.starts_with("t_s,"));
+  later << line << '\n' << std::fixed << std::setprecision(6);
+  while (std::getline(rows, line)) later << 1712345678.0 + std::stod(line) << line.substr(line.find(',')) << '\n';
+  write_text(folder_ / "later.csv", later.str());
+  const Outcome own = gripline_with({"predict", world, log(), "--horizon", "0.1,0.3"});
+  const Outcome moved = gripline_with(
+      {"predict", world, folder_ / "later.csv", "--horizon", "0.1,0.3", "--samples", folder_ / "samples.csv"});
+  EXPECT_EQ(moved.code, 0) << moved.err;
+  EXPECT_EQ(moved.out.substr(0, moved.out.find("samples:")), own.out);
+  const auto samples = measured::read_delimited(folder_ / "samples.csv");
+  EXPECT_GE(samples.column[static_cast<std::size_t>(samples.find("start_s"))].front(), 1712345678.0);
 }
 
 /// The world holds commands until the next row: read as linear between rows the car is half a sample early.

@@ -38,10 +38,9 @@ void print_parameters(const FitResult& result, std::span<const calibrate::Parame
   std::cout << "\nparameter" << std::string(width - 7, ' ')
             << "value        95 %                       prior        unit\n";
   for (const FittedParameter& p : result.parameters) {
-    const char* const remark = p.status == FittedParameter::Status::determined ? ""
-                               : p.status == FittedParameter::Status::undetermined
-                                   ? "  undetermined: kept at its prior"
-                                   : "  at its bound: kept at its prior";
+    const char* const remark = p.status == FittedParameter::Status::determined     ? ""
+                               : p.status == FittedParameter::Status::undetermined ? "  undetermined: kept at its prior"
+                                                                                   : "  at its bound: kept there";
     std::string line = p.unknown.pointer + std::string(width + 2 - p.unknown.pointer.size(), ' ') +
                        format("%-12.6g (%.4g .. %.4g)", p.value, p.interval.low, p.interval.high);
     line += std::string(line.size() < width + 42 ? width + 42 - line.size() : 1, ' ');
@@ -177,8 +176,9 @@ calibrate::FitOptions fit_options_of(const po::variables_map& given, const World
   calibrate::FitOptions fit;
   fit.slowest = calibrate::slowest_start(world);
   fit.crawling = world.car.car.v_min;
-  fit.starts =
-      static_cast<std::size_t>(std::clamp<std::int64_t>(whole_number(given, "starts", "--starts"), 20, 100000));
+  const std::int64_t starts = whole_number(given, "starts", "--starts");
+  if (starts < 1) throw InputError("--starts: expected a number of 1 or more, of which at least 20 are compared");
+  fit.starts = static_cast<std::size_t>(std::clamp<std::int64_t>(starts, 20, 100000));
   fit.seed = static_cast<unsigned>(whole_number(given, "seed", "--seed"));
   if (!given["quiet"].as<bool>()) fit.print = [](const std::string& line) { std::cerr << line << '\n'; };
   return fit;

@@ -99,8 +99,8 @@ void write_samples(const fs::path& file, const Session& session, const calibrate
       const double* const p = predicted.data() + (i * h + j) * channels;
       if (!std::isfinite(p[3])) continue;
       std::string line;
-      append(line, starts.time[i], 6);
-      append(line, starts.time[i] + starts.horizons[j], 6);
+      append(line, session.begin + starts.time[i], 6);
+      append(line, session.begin + starts.time[i] + starts.horizons[j], 6);
       for (std::size_t c = 0; c < channels; ++c) {
         const bool known = c == 2 ? session.has[2] : c < 2 ? session.has[0] : true;
         append(line, !known ? NAN : c == 2 ? yaw.shown(p[2], starts.time[i]) : p[c], c < 2 ? 5 : 7);
@@ -350,6 +350,8 @@ int predict(const po::variables_map& given) {
                         calibrate::FitLog::Speed::own);
   if (log.starts.time.empty())
     throw InputError(request.log + ": too short for a horizon of " + number_text(request.horizons.back()) + " s");
+  if (const std::string channels = calibrate::never_compared(log); !channels.empty())
+    std::cerr << "warning: " << request.log << ": " << channels << '\n';
   if (world.spec.track && calibrate::lies_on(file.session, *world.spec.track))
     log.track = world.spec.track;
   else if (world.spec.track)

@@ -109,7 +109,7 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
   const Session own = at_centre_of_gravity(from, delays);
   for (std::size_t i = 0; i < s.rows(); ++i) {
     std::string line;
-    append(line, s.t[i], 6);
+    append(line, s.begin + s.t[i], 6);
     out.append(line, 1);
     for (std::size_t c = 0; c < channels; ++c) {
       line.clear();

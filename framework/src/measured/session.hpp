@@ -1,4 +1,4 @@
-// One measured log in its own clock: rows as they were written, in SI units and the axes of this project.
+// One measured log, by the time from its first row on: rows as they were written, in SI units and axes of this project.
 #pragma once
 
 #include <array>
@@ -14,6 +14,7 @@ namespace gripline::measured {
 
 struct Session {
   std::string name;
+  double begin = 0;             // what the log's own clock shows at t = 0 [s]
   std::vector<double> t;        // rows [s], strictly rising
   std::vector<double> reading;  // rows x 6, NaN where nothing was read; yaw unwrapped
   std::array<bool, channels> has{};

@@ -10,6 +10,7 @@
 #include "measured/earth_places.hpp"
 #include "measured/formula.hpp"
 #include "measured/held_readings.hpp"
+#include "measured/log_clock.hpp"
 #include "measured/reading_pace.hpp"
 #include "measured/refuse_file.hpp"
 #include "measured/row_times.hpp"
@@ -125,7 +126,10 @@ class SessionReader {
     const int column = table_.find(map_.time.formula);
     const bool of_clock = column >= 0 && table_.is_clock(static_cast<std::size_t>(column));
     RowTimes rows = order_rows(table_, time_all_, of_clock, out_.findings);
-    out_.session.t = std::move(rows.t);
+    const double begin = rows.t.front(), end = rows.t.back();
+    time_all_ = times_since(begin, std::move(time_all_), end);
+    out_.session.begin = begin;
+    out_.session.t = times_since(begin, std::move(rows.t), end);
     out_.row_step = rows.step;
     row_ = std::move(rows.row);
   }
@@ -139,6 +143,12 @@ class SessionReader {
     of_header_[static_cast<std::size_t>(source)] = unit_of_header_;
     Values& to = of(source);
     for (const std::size_t r : row_) to.push_back(all[r]);
+    const bool command = source == Source::d || source == Source::delta;
+    if (!command && std::ranges::all_of(to, [](double v) { return std::isnan(v); })) {
+      to.clear();
+      note(info.name, "no number in its column", "taken for absent");
+      return;
+    }
     if (!channel.held || channel.command) return;
     note(info.name, std::to_string(drop_held(out_.session.t, to)) + " rows hold the value before",
          "read when it is new, or stays for longer than usual");
@@ -335,7 +345,7 @@ class SessionReader {
   const LogMap& map_;
   DelimitedTable table_;
   SessionFile out_;
-  Values time_all_;
+  Values time_all_;               // of the table's rows, from the first that counts on
   std::vector<std::size_t> row_;  // of the table, by row of the session
   std::set<std::size_t> told_;    // columns of which it is said that cells are no numbers
   bool unit_of_header_ = false;   // the channel that was evaluated last has the unit of the table's header

@@ -1,4 +1,4 @@
-// Makes a session of a logger's table and a map: rows in SI units, in the log's own clock.
+// Makes a session of a logger's table and a map: rows in SI units, from the time of the first row on.
 #pragma once
 
 #include <filesystem>

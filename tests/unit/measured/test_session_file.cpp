@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <iomanip>
 #include <numbers>
 #include <random>
 #include <sstream>
@@ -420,14 +421,40 @@ TEST(SessionFile, TextWhereNumbersBelongIsSaid) {
   EXPECT_THAT(why(time, speed_map()), AllOf(HasSubstr("column t: none"), HasSubstr("times are read as 12.5, 1:02.5")));
 }
 
+TEST(SessionFile, AColumnWithoutANumberIsAbsent) {
+  const auto log = log_of("t_s,x_m,y_m,yaw_rad,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double x, double y, double, double rate, double d) {
+                            out << t << ',' << x << ',' << y << ",nan,10," << rate << ',' << d << '\n';
+                          });
+  const SessionFile file = read_session(log, gripline_map());
+  EXPECT_TRUE(file.derived_yaw);
+  EXPECT_TRUE(file.session.has[Channel::yaw]);  // the course
+  EXPECT_THAT(notes_of(file), AllOf(HasSubstr("yaw: no number in its column; taken for absent"),
+                                    HasSubstr("yaw: absent; the course over ground is taken")));
+}
+
 TEST(SessionFile, AClockThatIsSetAfterTheFirstRowsLeavesThemOut) {
   const auto log = log_with([](std::ostream& out, double t) { out << (t < 0.11 ? t : 1700000000.0 + t) << ",10"; });
   const SessionFile file = read_session(log, speed_map());
   EXPECT_EQ(file.session.rows(), 797u);
-  EXPECT_GT(file.session.t.front(), 1.6e9);
+  EXPECT_GT(file.session.begin, 1.6e9);
+  EXPECT_EQ(file.session.t.front(), 0.0);
   EXPECT_THAT(notes_of(file), HasSubstr("rows: 3 before the clock was set; left out"));
   const auto later = log_with([](std::ostream& out, double t) { out << (t < 20.0 - 1e-9 ? t : 90000.0 + t) << ",10"; });
   EXPECT_THAT(why(later, speed_map()), AllOf(HasSubstr("the clock was set here"), HasSubstr("log.csv:402:")));
+}
+
+TEST(SessionFile, ALogOfUnixTimeIsReadAsOneThatBeginsAtZero) {
+  const auto log = [](double begin) {
+    return log_of("t,v,r,steer", [begin](std::ostream& out, double t, double, double, double, double rate, double d) {
+      out << std::fixed << std::setprecision(3) << begin + t << std::defaultfloat << ",10," << rate << ',' << d << '\n';
+    });
+  };
+  const SessionFile zero = read_session(log(0.0), speed_map()),
+                    since_1970 = read_session(log(1712345678.0), speed_map());
+  EXPECT_EQ(since_1970.session.begin, 1712345678.0);
+  EXPECT_EQ(since_1970.session.t, zero.session.t);
+  EXPECT_EQ(since_1970.session.at(799, Channel::yaw_rate), zero.session.at(799, Channel::yaw_rate));
 }
 
 TEST(SessionFile, RowsInBurstsAreNoMilliseconds) {

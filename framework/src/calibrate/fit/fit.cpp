@@ -119,19 +119,26 @@ Interval interval_of_prior(const Unknown& u, Interval found) {
   return found;
 }
 
-/// Unknowns at a bound or not determined go back to their priors; what is left is what is fitted then.
+/// Unknowns that are not determined go back to their priors, those at a bound stay there: what the logs want beyond it
+/// is nearest to it, and at the prior the others would have to make up for it. What is left is what is fitted then.
 std::vector<Unknown> fix_undetermined(FitResult& result, std::span<const Unknown> unknowns,
                                       std::span<const Interval> intervals) {
   std::vector<Unknown> kept;
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     const Unknown& u = unknowns[i];
     auto status = FittedParameter::Status::determined;
-    if (!u.observer && intervals[i].learned < learned_enough)
-      status = FittedParameter::Status::undetermined;
-    else if (!u.observer && at_bound(u, result.params[u.index]))
+    const bool bound = at_bound(u, result.params[u.index]);
+    const bool moved = result.params[u.index] != u.prior;  // there, which only the logs can do
+    if (!u.observer && bound && (moved || intervals[i].learned >= learned_enough))
       status = FittedParameter::Status::at_bound;
+    else if (!u.observer && intervals[i].learned < learned_enough)
+      status = FittedParameter::Status::undetermined;
     if (status == FittedParameter::Status::determined) {
       kept.push_back(u);
+      continue;
+    }
+    if (status == FittedParameter::Status::at_bound) {
+      result.parameters.push_back({u, result.params[u.index], intervals[i], status});
       continue;
     }
     assign(result.params, u, u.prior);
@@ -200,6 +207,8 @@ std::vector<FitLog> fit_logs(const std::list<measured::SessionFile>& files, cons
     const measured::Session& session = one.file->session;
     logs.emplace_back(session, grid_step, options.horizons, std::min(every, std::max(start_spacing, one.seconds / 20)),
                       one.slowest);
+    if (const std::string channels = never_compared(logs.back()); !channels.empty())
+      print_line(options, "warning: " + session.name + ": " + channels);
     if (track && lies_on(session, *track)) logs.back().track = track;
     mean += static_cast<double>(logs.back().starts.time.size()) / static_cast<double>(driven.size());
   }

@@ -37,7 +37,7 @@ struct FittedParameter {
   enum class Status {
     determined,
     undetermined,  // the logs do not tell: kept at its prior
-    at_bound,      // ran into the end of its range: kept at its prior
+    at_bound,      // ran into the end of its range: kept there
   } status = Status::determined;
 };
 /// By the number of a status, for files and tables.

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
+#include "measured/bridged_readings.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::calibrate {
 namespace {
@@ -33,15 +36,68 @@ double speed_lately(const Session& s, std::size_t row) {
   return v;
 }
 
+/// When a channel is read.
+struct Readings {
+  double first = std::numeric_limits<double>::infinity(), last = -first;  // [s]
+  double bridged =
+      0;  // [s] between two of them over which it moves evenly: of a channel slower than the rows about its
+          // pace, so that what lost readings leave is no reading
+};
+
+Readings readings_of(const Session& s, std::size_t channel) {
+  Readings out;
+  std::vector<double> steps;
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    if (std::isnan(s.at(i, channel))) continue;
+    if (steps.empty() && std::isinf(out.first)) out.first = s.t[i];
+    if (s.t[i] > out.first) steps.push_back(s.t[i] - out.last);
+    out.last = s.t[i];
+  }
+  out.bridged = 1.5 * std::min(upper_median(std::move(steps), 0.0), measured::even_motion);
+  return out;
+}
+
+/// The reading of a channel at a time, between rows also where not both of them have it. A row without it says that it
+/// was not read then.
+double reading_at(const Session& s, std::size_t channel, double time, const Readings& readings) {
+  const double plain = s.interpolate(channel, time);
+  if (!std::isnan(plain) || time > readings.last) return plain;
+  const std::size_t row = s.row_before(time + 1e-9);
+  if (row >= s.rows() || time <= s.t[row] + 1e-9) return plain;
+  return s.bridge(channel, time, readings.last, readings.bridged);
+}
+
 }  // namespace
 
 std::vector<double> readings_at(const Session& s, const Starts& starts) {
+  std::array<Readings, channels> readings;
+  for (std::size_t c = 0; c < channels; ++c) readings[c] = readings_of(s, c);
+  // Without a heading nobody knows whereto the place moves.
+  using measured::Channel;
+  for (const std::size_t place : {Channel::x, Channel::y})
+    if (s.has[Channel::yaw]) readings[place].first = std::max(readings[place].first, readings[Channel::yaw].first);
   std::vector<double> all;
   for (const double start : starts.time)
     for (const double h : starts.horizons)
-      for (std::size_t c = 0; c < channels; ++c)
-        all.push_back(c == measured::Channel::vx && s.prescribed_speed ? not_a_number : s.interpolate(c, start + h));
+      for (std::size_t c = 0; c < channels; ++c) {
+        const bool known = readings[c].first <= start + 1e-9 && !(c == Channel::vx && s.prescribed_speed);
+        all.push_back(known ? reading_at(s, c, start + h, readings[c]) : not_a_number);
+      }
   return all;
+}
+
+std::string never_compared(const FitLog& log) {
+  std::string names;
+  const Session& s = *log.session;
+  for (std::size_t c = 0; c < channels; ++c) {
+    bool compared = !s.has[c] || (c == measured::Channel::vx && s.prescribed_speed);
+    for (std::size_t k = c; k < log.truth.size() && !compared; k += channels) compared = !std::isnan(log.truth[k]);
+    if (!compared) names += (names.empty() ? "" : ", ") + std::string(measured::channel_info[c].words);
+  }
+  return names.empty() ? names
+                       : names +
+                             ": read too seldom, or not where predictions end: not compared; a horizon that is a "
+                             "multiple of the time between rows, or a log with more readings, may help";
 }
 
 FitLog::FitLog(const Session& s, double grid_step, std::vector<double> horizons, double every, double slowest,

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "calibrate/fit/unknowns.hpp"
@@ -12,8 +13,9 @@
 
 namespace gripline::calibrate {
 
-/// What predictions are compared with: starts x horizons x 6, NaN where nothing was read and for a speed that is taken
-/// from the log, which is no prediction.
+/// What predictions are compared with: starts x horizons x 6. Between rows it is linear, also where a channel that is
+/// read in few of them has its readings about as far apart as usual. NaN where nothing was read, for a channel that no
+/// row up to the start had, and for a speed that is taken from the log, which is no prediction.
 std::vector<double> readings_at(const Session& session, const Starts& starts);
 
 /// A session with what is asked of it.
@@ -32,6 +34,9 @@ struct FitLog {
   FitLog(const Session& session, double grid_step, std::vector<double> horizons, double every, double slowest,
          Speed speed = Speed::lately);
 };
+
+/// The channels that the log has and none of whose readings a prediction is compared with, and what helps; else empty.
+std::string never_compared(const FitLog& log);
 
 /// Whether a part of a session that counts (a tenth) lies on a road, up to three half widths from its centre line.
 bool lies_on(const Session& session, const Track& track);

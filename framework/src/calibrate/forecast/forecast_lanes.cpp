@@ -12,6 +12,9 @@ namespace {
 
 constexpr double force_limit = 5.0;  // [m/s2]
 constexpr double steer_limit = 0.3;  // [rad]
+// [s] without a reading of a channel after which a model's own way is no better than none: the next reading is taken as
+// it is.
+constexpr double lost_after = 3.0;
 
 bool same(double a, double b) { return a == b; }
 bool same(const Dual8& a, const Dual8& b) {
@@ -72,6 +75,11 @@ void Lanes<T>::seek(std::size_t lane) {
   const Session& log = s_.session;
   last_shown_[lane] = log.t[std::min(log.row_before(read_until[lane] + 1e-9), log.rows() - 1)];
   hint_[lane] = nothing;
+  for (std::size_t c = 0; c < channels; ++c) {
+    std::size_t next = std::max<std::size_t>(1, row_[lane * groups + group_of[c]]);
+    while (next > 1 && std::isnan(log.at(next - 1, c)) && time[lane] - log.t[next - 1] <= lost_after) --next;
+    last_read_[lane * channels + c] = std::isnan(log.at(next - 1, c)) ? time[lane] - 2.0 * lost_after : log.t[next - 1];
+  }
   place(lane);
 }
 
@@ -86,6 +94,10 @@ void Lanes<T>::start(std::size_t lane) {
     if (i >= s_.session.rows()) i = 0;
     i = std::min(i, last);
     while (i > 0 && std::isnan(s_.session.at(i, c))) --i;
+    // A pose or speed that was not read yet, as the heading of a car that stands, begins where it will: not at 0. No
+    // start before that reading is judged by it.
+    if (c <= measured::Channel::vx && s_.session.has[c])
+      while (i < last && std::isnan(s_.session.at(i, c))) ++i;
     const double y = s_.session.at(i, c);
     target[c] = T(std::isnan(y) ? 0.0 : y);
     if (i + 1 <= last && !std::isnan(s_.session.at(i + 1, c)) && value(shown) > s_.session.t[i]) {
@@ -252,7 +264,9 @@ void Lanes<T>::correct(double h) {
   for (std::size_t lane = 0; lane < n; ++lane) {
     T* const rest = pending.data() + lane * pending_size;
     const T* const row = x.data() + lane * channels;
-    const Seen& seen = any_due(lane) ? see(lane, h) : nothing_seen_;
+    const bool due = any_due(lane);
+    const Seen& seen = due ? see(lane, h) : nothing_seen_;
+    if (due) take_up(lane);
     if (!moves(seen, rest)) {  // as along all of a prediction
       follow_when_slow(lane, h, seen, {});
       std::fill_n(rest, pending_size, T(0));
@@ -279,6 +293,36 @@ void Lanes<T>::correct(double h) {
       rest[channels + c] = seen.later.weight[c];
       rest[2 * channels + c] = seen.later.inverse_square[c];
     }
+  }
+}
+
+/// Puts the channels of the rows seen now that were not read for long, or never, on what they show.
+template <class T>
+void Lanes<T>::take_up(std::size_t lane) {
+  std::array<bool, channels> fresh{};
+  bool any = false;
+  for (std::size_t c = 0; c < channels; ++c) {
+    if (std::isnan(value(seen_.last[c]))) continue;
+    const double now = time[lane] + value(s_.delay(group_of[c]));
+    double& last = last_read_[lane * channels + c];
+    fresh[c] = now - last > lost_after;
+    any = any || fresh[c];
+    last = now;
+  }
+  if (!any) return;
+  T* const row = x.data() + lane * channels;
+  T* const rest = pending.data() + lane * pending_size;
+  const Row<T> before = s_.read(row, at[lane]);
+  Row<T> target = before;
+  for (std::size_t c = 0; c < channels; ++c)
+    if (fresh[c]) target[c] += seen_.last[c];
+  const Row<T> z = state_of(lane, before, target);
+  for (std::size_t c = 0; c < channels; ++c) {
+    if (!fresh[c]) continue;
+    row[c] = z[c];
+    seen_.last[c] = T(0);
+    for (Sums* const sums : {&seen_.now, &seen_.later}) sums->innovation[c] = sums->weight[c] = T(0);
+    rest[c] = rest[channels + c] = T(0);
   }
 }
 

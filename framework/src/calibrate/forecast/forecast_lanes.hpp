@@ -96,6 +96,7 @@ class Lanes {
         own_t0_(n),
         row_(n * groups),
         last_shown_(n),
+        last_read_(n * channels),
         hint_(n, nothing) {
     nothing_seen_.last.fill(T(nothing));
     for (auto* v : {&stage_x_, &rate_, &x_start_}) v->resize(n * channels);
@@ -151,6 +152,7 @@ class Lanes {
     Row<double> last_inverse_square{};
   };
   const Seen& see(std::size_t lane, double h);
+  void take_up(std::size_t lane);
   bool any_due(std::size_t lane) const;
   std::size_t row_at(std::size_t lane, std::size_t group, double time) const;
   bool along_log(std::size_t lane) const { return known_until_[lane] <= read_until[lane]; }
@@ -198,6 +200,7 @@ class Lanes {
   std::vector<double> own_t0_;      // time of its first sample [s]
   std::vector<std::size_t> row_;    // next row by lane and group
   std::vector<double> last_shown_;  // [s] time of the last row that a lane looks at
+  std::vector<double> last_read_;   // [s] by lane and channel: time of the last row that had it
   std::vector<double> hint_;
   double step_ = 0;  // length of the step just made [s]
   Seen seen_, nothing_seen_;

@@ -123,7 +123,10 @@ void print_horizon_table(std::ostream& out, std::span<const HorizonRow> rows) {
   for (const HorizonRow& row : rows) {
     out << row.name << std::string(width - row.name.size(), ' ');
     for (const HorizonError& e : row.error) {
-      const std::string cell = e.count == 0 ? "  -" : format("  %7.4f (%.4f..%.4f)", e.rms, e.low, e.high);
+      // One wild reading in a log makes errors of any size.
+      const bool wide = std::max(e.rms, e.high) >= 1e5;
+      const char* const pattern = wide ? "  %7.3g (%.3g..%.3g)" : "  %7.4f (%.4f..%.4f)";
+      const std::string cell = e.count == 0 ? "  -" : format(pattern, e.rms, e.low, e.high);
       out << format("%-26s", cell.c_str());
     }
     out << '\n';

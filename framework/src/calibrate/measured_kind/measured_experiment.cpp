@@ -254,6 +254,7 @@ class MeasuredRun {
       const std::size_t n = log.starts.time.size() * channels;
       out_.held_out.push_back(
           {log.session->name,
+           log.session->begin,
            log.starts.time,
            {fitted_.begin() + static_cast<std::ptrdiff_t>(at), fitted_.begin() + static_cast<std::ptrdiff_t>(at + n)},
            log.truth});

@@ -47,7 +47,9 @@ struct Ablation {
 /// Held-out predictions of the fitted world, for figures.
 struct HeldOut {
   std::string log;
-  std::vector<double> start, predicted, truth;  // starts x 6
+  double begin = 0;                      // what the log's own clock shows at its first row [s]
+  std::vector<double> start;             // [s] from there
+  std::vector<double> predicted, truth;  // starts x 6
 };
 
 struct MeasuredOutcome {

@@ -16,6 +16,9 @@ Node figure(double value) {
   return number_or_null(std::round(value / unit) * unit);
 }
 
+/// A time [s] without the digits that adding leaves.
+double microseconds(double time) { return std::round(time * 1e6) / 1e6; }
+
 void write_number(CsvWriter& file, double value) {
   if (std::isfinite(value))
     file << value;
@@ -70,7 +73,7 @@ void write_samples(const std::filesystem::path& folder, const MeasuredSpec& spec
                  "measured_yaw_rad,measured_vx_mps,measured_vy_mps,measured_yaw_rate_radps");
   for (const HeldOut& h : o.held_out)
     for (std::size_t i = 0; i < h.start.size(); ++i) {
-      file << h.log << h.start[i] << h.start[i] + spec.horizon;
+      file << h.log << microseconds(h.begin + h.start[i]) << microseconds(h.begin + h.start[i] + spec.horizon);
       for (std::size_t c = 0; c < channels; ++c) write_number(file, h.predicted[i * channels + c]);
       for (std::size_t c = 0; c < channels; ++c) write_number(file, h.truth[i * channels + c]);
       file.end_row();

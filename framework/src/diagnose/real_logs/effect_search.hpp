@@ -31,7 +31,7 @@ struct SearchLogs {
 struct CalibratedWorld {
   std::unique_ptr<calibrate::Trial> given, calibrated;
   std::vector<calibrate::FittedParameter>
-      undetermined;                          // what is kept at its prior: not determined by the logs, or at an end
+      undetermined;                          // not determined by the logs: kept at its prior, or at an end of its range
   std::vector<calibrate::Unknown> observer;  // of the given world, gains of disturbances too
   std::vector<double> given_params;          // with those gains as the world has them
 };

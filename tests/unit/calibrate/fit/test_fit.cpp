@@ -118,14 +118,16 @@ TEST(Fit, FrictionIsHardlyKnownWhereNoTyreSlides) {
   EXPECT_GT(found.total_high - found.total_low, 0.3);
 }
 
-TEST(Fit, AParameterAtItsBoundIsSaidAndKeptAtItsPrior) {
+TEST(Fit, AParameterAtItsBoundIsSaidAndKeptThere) {
   Bench bench;
   for (Unknown& u : bench.open)
     if (u.pointer == "/plant/params/Cm1") u.high = 13.0;  // the truth is 14
   const FitResult result = bench.run();
   const FittedParameter* const p = find(result, "/plant/params/Cm1");
   EXPECT_EQ(p->status, FittedParameter::Status::at_bound);
-  EXPECT_EQ(p->value, 12.0);
+  EXPECT_EQ(p->value, 13.0);
+  EXPECT_EQ(p->interval.high, 13.0);
+  EXPECT_EQ(result.params[p->unknown.index], 13.0);
 }
 
 TEST(Fit, ArrivesAtOneModelFromStartsApart) {

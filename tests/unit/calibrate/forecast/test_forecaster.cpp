@@ -12,6 +12,7 @@
 
 #include "calibrate/fit/unknowns.hpp"
 #include "support/calibrate_rig.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::calibrate {
 namespace test_forecaster {
@@ -435,6 +436,40 @@ TEST(Forecaster, AChannelThatIsMissingIsDoneWithout) {
   const auto predicted = rig.predict(s, params, starts);
   EXPECT_LT(worst(s, starts, predicted, 0), 0.02);
   EXPECT_TRUE(std::isfinite(predicted[4]));
+}
+
+/// Nothing begins at 0, where the car never was.
+TEST(Forecaster, APoseThatIsReadLateBeginsWithItsFirstReading) {
+  const CalibrateRig rig;
+  Session s = drive(rig.vehicle.car(), {.seconds = 30});
+  for (std::size_t i = 0; i < s.rows(); ++i) s.reading[i * channels] += 300.0;
+  const Session whole = s;
+  for (std::size_t i = 0; i < 100; ++i)
+    for (const std::size_t c : {0u, 1u, 2u}) s.reading[i * channels + c] = not_a_number;
+  Starts starts;
+  starts.horizons = {0.5};
+  starts.time = {s.t[103], s.t[200]};
+  const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  EXPECT_LT(worst(whole, starts, predicted, 0), 0.05);
+  EXPECT_LT(worst(whole, starts, predicted, 2), 0.05);
+}
+
+/// Whatever the model made of the way: what it is off by does not wear off reading by reading.
+TEST(Forecaster, AfterALongTimeWithoutAPlaceTheNextReadingIsTaken) {
+  const CalibrateRig rig;
+  Session s = drive(rig.vehicle.car(), {.seconds = 40});
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    const bool hidden = s.t[i] - s.t[0] > 10.0 && s.t[i] - s.t[0] < 15.0;
+    if (hidden) first = i + 1;
+    if (s.t[i] - s.t[0] > 10.0) s.reading[i * channels] += 40.0;  // as if the model had lost its way
+    if (hidden) s.reading[i * channels] = s.reading[i * channels + 1] = not_a_number;
+  }
+  Starts starts;
+  starts.horizons = {0.5};
+  starts.time = {s.t[first + 2]};
+  const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  EXPECT_LT(worst(s, starts, predicted, 0), 0.1);
 }
 
 TEST(Forecaster, StepsNeedNotBeEqual) {

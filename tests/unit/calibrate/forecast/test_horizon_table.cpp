@@ -37,6 +37,16 @@ TEST(HorizonTable, RootMeanSquaresWithIntervalsOverBlocks) {
   EXPECT_THAT(out.str(), testing::Not(testing::HasSubstr("nan")));
 }
 
+TEST(HorizonTable, AnErrorOfAWildReadingFitsItsColumn) {
+  HorizonRow row;
+  row.name = "this world";
+  for (HorizonError& e : row.error) e = {.rms = 2.5e28, .low = 0.1, .high = 4e28, .count = 9};
+  std::ostringstream out;
+  print_horizon_table(out, std::vector{row});
+  EXPECT_THAT(out.str(),
+              testing::AllOf(testing::HasSubstr("2.5e+28 (0.1..4e+28)"), testing::Not(testing::HasSubstr("0000000"))));
+}
+
 /// A car on a circle to the left, 5 m/s, 0.5 rad/s.
 Session circling() {
   Session s;
