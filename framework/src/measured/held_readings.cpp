@@ -36,4 +36,28 @@ std::size_t drop_held(std::span<const double> t, std::vector<double>& values) {
   return dropped;
 }
 
+double rows_between_new(std::span<const double> t, std::span<const double> values) {
+  constexpr double standing = 2.0;  // [s]
+  constexpr double few = 20.0;
+  double count = 0.0, sum = 0.0, squares = 0.0, single = 0.0;
+  std::size_t last = values.size(), rows = 0;  // where the last new value stands, rows since then
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isnan(values[i])) continue;
+    ++rows;
+    if (last < i && values[i] == values[last]) continue;
+    if (last < i && t[i] - t[last] <= standing) {
+      const auto n = static_cast<double>(rows);
+      count += 1.0, sum += n, squares += n * n, single += rows == 1 ? 1.0 : 0.0;
+    }
+    last = i;
+    rows = 0;
+  }
+  if (count < few) return 1.0;
+  const double mean = sum / count, variance = squares / count - mean * mean;
+  if (mean < 1.5) return 1.0;
+  // New values that come by chance wait a geometric time, whose variance is mean (mean - 1).
+  const bool regular = mean <= 2.0 ? variance < 0.5 * mean * (mean - 1.0) : single < 0.2 * count;
+  return regular ? mean : 1.0;
+}
+
 }  // namespace gripline::measured

@@ -1,6 +1,7 @@
 #include "measured/log_guess.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -27,31 +28,36 @@ const std::vector<Names>& known_names() {
   static const std::vector<Names> all = {
       {"time",
        {"ts", "time", "t", "times", "timestamp", "elapsedtime", "timems", "utctime", "stamp", "logtime", "seconds",
-        "datetime"}},
-      {"x", {"xm", "x", "posx", "px", "xpos", "east", "xeast", "easting", "positionx", "posxm", "xmm"}},
-      {"y", {"ym", "y", "posy", "py", "ypos", "north", "ynorth", "northing", "positiony", "posym", "ymm"}},
+        "datetime", "elapsed", "unixtime", "epoch", "sec", "zeit"}},
+      {"x",
+       {"xm", "x", "posx", "px", "xpos", "east", "xeast", "easting", "positionx", "posxm", "xmm", "utmx", "localx"}},
+      {"y",
+       {"ym", "y", "posy", "py", "ypos", "north", "ynorth", "northing", "positiony", "posym", "ymm", "utmy", "localy"}},
       {"yaw",
        {"yawrad", "yaw", "heading", "psi", "psirad", "theta", "yawdeg", "headingrad", "headingdeg", "yawangle",
-        "course", "bearing", "gpsheading"}},
+        "course", "bearing", "gpsheading", "cog", "courseoverground", "gierwinkel"}},
       {"vx",
-       {"vxmps", "vx", "velx", "speedx", "vxms", "vxkmh", "velocityx", "speed", "speedmps", "groundspeed", "gpsspeed",
-        "v", "velocity", "vehiclespeed", "vmps", "speedkn", "speedkts", "speedknots"}},
-      {"vy", {"vymps", "vy", "vely", "speedy", "vyms", "vykmh", "velocityy", "lateralvelocity"}},
+       {"vx", "velx", "speedx", "velocityx", "twistlinearx", "speed", "groundspeed", "gpsspeed", "v", "velocity",
+        "vehiclespeed", "longitudinalvelocity", "longitudinalspeed", "vlong", "wheelspeed", "geschwindigkeit"}},
+      {"vy", {"vy", "vely", "speedy", "velocityy", "lateralvelocity"}},
       {"yaw_rate",
        {"yawrateradps", "yawrate", "yawratedegps", "gyroz", "gyroyawvelocity", "rotz", "zrateofrotation", "omega",
-        "omegaz", "angularvelocityz", "r", "psidot", "imuyawrateradps"}},
+        "omegaz", "angularvelocityz", "r", "psidot", "imuyawrateradps", "wz", "gz", "angvelz", "imugz", "gierrate"}},
       {"d", {"d", "throttlebrake", "pedal", "duty", "motor"}},
       {"throttle",
        {"throttlenorm", "throttlepct", "throttle", "throttlepos", "throttleposition", "accelerator", "acceleratorpos",
-        "aps", "tps", "throttlecmd", "gas"}},
+        "aps", "tps", "throttlecmd", "gas", "throttlepedal", "accelpedal", "acceleratorpedal", "gaspedal", "app",
+        "fahrpedal"}},
       {"brake",
        {"brakenorm", "brakepct", "brake", "brakekpa", "brakepres", "brakepressure", "brakepresfront",
-        "brakepressurefront", "brakepos", "brakecmd"}},
+        "brakepressurefront", "brakepos", "brakecmd", "brakepedal"}},
       {"delta",
        {"deltarad", "delta", "steerrad", "steer", "steering", "steeringangle", "steeredangle", "steercmd",
-        "steercmdnorm", "steernorm", "steerangle", "roadwheelangle", "wheelangle", "steeringrad", "deltadeg"}},
+        "steercmdnorm", "steernorm", "steerangle", "roadwheelangle", "wheelangle", "steeringrad", "deltadeg",
+        "lenkwinkel"}},
       {"steering_wheel",
-       {"steeringwheelangle", "steeringwheel", "steerwheelangle", "swa", "handwheelangle", "handwheel"}},
+       {"steeringwheelangle", "steeringwheel", "steerwheelangle", "swa", "handwheelangle", "handwheel", "sas",
+        "sasangle", "lenkradwinkel"}},
       {"latitude", {"latitude", "lat", "gpslatitude", "latitudedeg"}},
       {"longitude", {"longitude", "lon", "long", "gpslongitude", "longitudedeg", "lng"}},
       {"enable", {"driveenabled", "enable", "enabled", "motorenabled", "deadman", "autonomous"}},
@@ -59,11 +65,78 @@ const std::vector<Names>& known_names() {
   return all;
 }
 
+/// Endings of plain names by their units; of one dimension longer endings stand before those that they end with.
+struct Endings {
+  const char* unit;
+  std::vector<std::string_view> letters;
+};
+const std::vector<Endings>& unit_endings() {
+  static const std::vector<Endings> all = {{"km/h", {"kmph", "kmh", "kph"}},
+                                           {"mph", {"mph"}},
+                                           {"kn", {"knots", "kts", "kn"}},
+                                           {"mm/s", {"mmps"}},
+                                           {"cm/s", {"cmps"}},
+                                           {"m/s", {"mps", "ms"}},
+                                           {"ft/s", {"fps", "fts"}},
+                                           {"rad/s", {"radpersec", "radsec", "radps", "rads"}},
+                                           {"deg/s", {"degpersec", "degsec", "degps", "degs", "dps"}},
+                                           {"rad", {"radians", "rad"}},
+                                           {"deg", {"degrees", "degree", "deg"}},
+                                           {"%", {"percent", "perc", "pct"}},
+                                           {"ms", {"millis", "msec", "ms"}},
+                                           {"us", {"usec", "us"}},
+                                           {"ns", {"nsec", "ns"}},
+                                           {"s", {"seconds", "sec", "s"}},
+                                           {"mm", {"mm"}},
+                                           {"cm", {"cm"}},
+                                           {"km", {"km"}},
+                                           {"ft", {"ft"}},
+                                           {"m", {"m"}}};
+  return all;
+}
+
+/// What endings of a channel's names may say.
+const char* unit_kind(std::string_view channel) {
+  for (const auto& [name, unit] : {std::pair("time", "s"),
+                                   {"x", "m"},
+                                   {"y", "m"},
+                                   {"vx", "m/s"},
+                                   {"vy", "m/s"},
+                                   {"yaw_rate", "rad/s"},
+                                   {"d", "1"},
+                                   {"throttle", "1"},
+                                   {"brake", "1"}})
+    if (channel == name) return unit;
+  return channel == "enable" || channel == "valid" ? nullptr : "rad";
+}
+
 std::string plain(std::string_view name) {
   std::string out;
   for (const unsigned char c : name)
     if (std::isalnum(c) != 0) out += static_cast<char>(std::tolower(c));
   return out;
+}
+
+/// The unit that a plain name ends with behind its first `from` letters, if it is one of this kind; else "".
+std::string unit_ending(std::string_view plain_name, std::size_t from, const char* kind) {
+  for (const Endings& endings : unit_endings())
+    for (const std::string_view letters : endings.letters)
+      if (plain_name.size() >= from + letters.size() && plain_name.ends_with(letters))
+        if (std::string known = header_unit(endings.unit, kind); !known.empty()) return known;
+  return {};
+}
+
+/// By its whole name, or by what stands before a slash in it, "Latitude / Y Position", or with a unit of this kind at
+/// its end: "speed_kmh".
+bool is_called(std::string_view name, std::string_view word, const char* kind) {
+  const std::string p = plain(name);
+  if (p == word || plain(name.substr(0, name.find(" / "))) == word) return true;
+  if (kind == nullptr || !p.starts_with(word)) return false;
+  const std::string_view rest = std::string_view(p).substr(word.size());
+  return std::ranges::any_of(unit_endings(), [&](const Endings& endings) {
+    return std::ranges::find(endings.letters, rest) != endings.letters.end() &&
+           !header_unit(endings.unit, kind).empty();
+  });
 }
 
 double quantile_of_size(const Values& values, double q) {
@@ -94,6 +167,7 @@ class Guesser {
     map.set("time", time_);
     map.set("channels", channels_);
     if (const int valid = column("valid"); valid >= 0) map.set("valid", Node(quoted(valid) + " > 0.5"));
+    name_what_is_unused(map);
     return {std::move(map), std::move(remarks_), std::move(open_)};
   }
 
@@ -116,17 +190,15 @@ class Guesser {
   }
 
   int column(const char* channel) const {
+    const char* const kind = unit_kind(channel);
     for (const Names& names : known_names()) {
       if (std::string_view(names.channel) != channel) continue;
       for (const char* word : names.words)
         for (std::size_t c = 0; c < table_.name.size(); ++c)
-          if (is_called(known_as(c), word) && quantile_of_size(table_.column[c], 1.0) > 0.0) return static_cast<int>(c);
+          if (is_called(known_as(c), word, kind) && quantile_of_size(table_.column[c], 1.0) > 0.0)
+            return static_cast<int>(c);
     }
     return -1;
-  }
-  /// By its whole name, or by what stands before a slash in it: "Latitude / Y Position".
-  static bool is_called(std::string_view name, const char* word) {
-    return plain(name) == word || plain(name.substr(0, name.find(" / "))) == word;
   }
   /// Columns that vary and no channel has taken, each with its range; `rising`: those that never fall.
   std::string candidates(bool rising) const {
@@ -180,25 +252,15 @@ class Guesser {
     return word && std::isdigit(static_cast<unsigned char>(n.front())) == 0 ? n : "`" + n + "`";
   }
 
+  /// The unit that the name ends with, if it is one of the kind wanted; else "".
+  std::string unit_of_name(int c, const char* wanted) const {
+    return unit_ending(plain(known_as(static_cast<std::size_t>(c))), 1, wanted);
+  }
   /// The unit in the header, or in the name's ending, if it is one of the kind wanted.
   std::string unit_of(int c, const char* wanted) {
     const std::string& written = table_.unit[static_cast<std::size_t>(c)];
-    std::vector<std::string> tries = {written};
-    const std::string p = plain(known_as(static_cast<std::size_t>(c)));
-    for (const auto& [ending, unit] : {std::pair("kmh", "km/h"),
-                                       {"mph", "mph"},
-                                       {"knots", "kn"},
-                                       {"kts", "kn"},
-                                       {"kn", "kn"},
-                                       {"mmps", "mm/s"},
-                                       {"degps", "deg/s"},
-                                       {"deg", "deg"},
-                                       {"ms", "ms"},
-                                       {"mm", "mm"},
-                                       {"cm", "cm"}})
-      if (p.ends_with(ending)) tries.emplace_back(unit);
-    for (const std::string& unit : tries)
-      if (std::string known = header_unit(unit, wanted); !known.empty()) return known;
+    if (std::string known = header_unit(written, wanted); !known.empty()) return known;
+    if (std::string known = unit_of_name(c, wanted); !known.empty()) return known;
     if (!written.empty())
       remarks_.push_back(name(c) + ": the header's \"" + written + "\" is no unit of this kind; taken for " + wanted);
     return wanted;
@@ -221,9 +283,16 @@ class Guesser {
     for (std::size_t i = 1; i < t.size(); ++i)
       if (t[i] > t[i - 1]) steps.push_back(t[i] - t[i - 1]);
     const double step = quantile_of_size(steps, 0.5);
+    constexpr double least_count = 5.0;  // steps below it may be those of a slow logger, in seconds
+    constexpr double a_day = 86400.0;
+    if (unit == "s" && !table_.is_clock(static_cast<std::size_t>(c)) && step > 0.9 && step < least_count) {
+      if (unit_of_name(c, "s").empty() && step * static_cast<double>(steps.size()) > a_day) unit = "ms";
+      remarks_.push_back("time: steps of " + significant(step) + " are " + significant(1.0 / step) + " Hz in s and " +
+                         significant(1e3 / step, 4) + " Hz in ms; taken for " + unit);
+    }
     for (const auto& [name_of, factor] : {std::pair("ms", 1e3), {"us", 1e6}, {"ns", 1e9}})
       if (!table_.is_clock(static_cast<std::size_t>(c)) && unit == "s" && step > 0.9e-3 * factor &&
-          step < 0.3 * factor && step > 0.9) {
+          step < 0.3 * factor && step >= least_count) {
         unit = name_of;
         remarks_.push_back("time: steps of " + significant(step) + ", taken for " + name_of);
       }
@@ -252,15 +321,21 @@ class Guesser {
     if (!found("x") || !found("y")) return {};
     return {&values(column("x")), &values(column("y")), to_si("1 " + channels_.find("x")->find("unit")->text(), "m")};
   }
+  /// Whether a row's place is another than that of the row before.
+  bool is_new(const PlaceColumns& place, std::size_t i) const {
+    if (place.x == nullptr && lat_ < 0) return false;
+    const Values &x = place.x != nullptr ? *place.x : values(lon_), &y = place.y != nullptr ? *place.y : values(lat_);
+    return std::isfinite(x[i] + y[i]) && (x[i] != x[i - 1] || y[i] != y[i - 1]);
+  }
   /// Way from row to row [m], for comparisons with headings and speeds.
-  bool way(const PlaceColumns& place, std::size_t i, double& dx, double& dy) const {
+  bool way(const PlaceColumns& place, std::size_t i, std::size_t j, double& dx, double& dy) const {
     if (place.x != nullptr) {
-      dx = place.metres * ((*place.x)[i + lag] - (*place.x)[i]);
-      dy = place.metres * ((*place.y)[i + lag] - (*place.y)[i]);
+      dx = place.metres * ((*place.x)[j] - (*place.x)[i]);
+      dy = place.metres * ((*place.y)[j] - (*place.y)[i]);
     } else if (lat_ >= 0) {
       constexpr double metres = 111195.0;  // per degree
-      dx = metres * std::cos(values(lat_)[i] * pi / 180) * (values(lon_)[i + lag] - values(lon_)[i]);
-      dy = metres * (values(lat_)[i + lag] - values(lat_)[i]);
+      dx = metres * std::cos(values(lat_)[i] * pi / 180) * (values(lon_)[j] - values(lon_)[i]);
+      dy = metres * (values(lat_)[j] - values(lat_)[i]);
     } else {
       return false;
     }
@@ -279,7 +354,7 @@ class Guesser {
     const PlaceColumns place = place_columns();
     double dx = 0, dy = 0;
     for (std::size_t i = 0; i + lag < table_.rows(); i += lag)
-      if (way(place, i, dx, dy) && std::isfinite(values(c)[i])) {
+      if (way(place, i, i + lag, dx, dy) && std::isfinite(values(c)[i])) {
         const double a = factor * values(c)[i], path = std::atan2(dy, dx);
         sum.sine += std::sin(path - a), sum.cosine += std::cos(path - a);
         sum.mirrored_sine += std::sin(path + a), sum.mirrored_cosine += std::cos(path + a), sum.rows += 1;
@@ -321,31 +396,52 @@ class Guesser {
                                                       : channel("formula", formula, "rad"));
   }
 
+  /// The speed over that of the path, in windows that begin and end where the place is new: loggers repeat it until
+  /// the next one is read.
+  Values ratios_to_path(int c) const {
+    const Values& t = values(column("time"));
+    const double second = to_si("1 " + time_.find("unit")->text(), "s");
+    const PlaceColumns place = place_columns();
+    const double enough = 0.3 * quantile_of_size(values(c), 0.95);
+    Values ratios;
+    double dx = 0, dy = 0;
+    std::size_t from = table_.rows();
+    for (std::size_t i = 1; i < table_.rows(); ++i) {
+      if (!is_new(place, i) || (from < i && i - from < lag)) continue;
+      if (from < i && way(place, from, i, dx, dy) && std::abs(values(c)[from]) > enough && t[i] > t[from])
+        ratios.push_back(values(c)[from] / (std::hypot(dx, dy) / (second * (t[i] - t[from]))));
+      from = i;
+    }
+    return ratios;
+  }
+
   /// A speed without a unit, against the path.
   void speed_unit() {
-    const int c = column("vx"), t = column("time");
-    if (c < 0 || t < 0 || !table_.unit[static_cast<std::size_t>(c)].empty()) return;
-    const double second = to_si("1 " + time_.find("unit")->text(), "s");
-    Values ratios;
-    const PlaceColumns place = place_columns();
-    double dx = 0, dy = 0;
-    const double enough = 0.3 * quantile_of_size(values(c), 0.95);
-    for (std::size_t i = 0; i + lag < table_.rows(); i += lag)
-      if (way(place, i, dx, dy) && std::abs(values(c)[i]) > enough)
-        ratios.push_back(values(c)[i] / (std::hypot(dx, dy) / (second * (values(t)[i + lag] - values(t)[i]))));
-    if (ratios.size() < 20) return;
-    const double ratio = quantile_of_size(ratios, 0.5);
+    const int c = column("vx");
+    if (c < 0 || column("time") < 0 || !table_.unit[static_cast<std::size_t>(c)].empty()) return;
+    constexpr std::size_t few = 20;
+    const Values ratios = ratios_to_path(c);
+    const std::string taken = channels_.find("vx")->find("unit")->text();
+    const bool told = !unit_of_name(c, "m/s").empty();
+    if (ratios.size() < few) {
+      if (!told)
+        remarks_.push_back("vx: no unit is written, and the place tells none (it changes too seldom); taken for " +
+                           taken);
+      return;
+    }
+    const double ratio = quantile_of_size(ratios, 0.5), expected = 1.0 / to_si("1 " + taken, "m/s");
+    const std::string found = "vx: " + significant(ratio) + " times the speed of the path";
+    if (told && ratio > 0.6 * expected && ratio < 1.6 * expected) return;
     for (const auto& [unit, low, high] :
          {std::tuple("km/h", 3.45, 3.8), {"ft/s", 3.1, 3.42}, {"mph", 2.1, 2.4}, {"kn", 1.85, 2.05}})
       if (ratio > low && ratio < high) {
-        channels_.set("vx", channel("column", name(c), unit));
-        remarks_.push_back(std::string("vx: ") + significant(ratio) + " times the speed of the path, taken for " +
-                           unit);
+        if (!told) channels_.set("vx", channel("column", name(c), unit));
+        remarks_.push_back(found + (told ? ", which looks like " : ", taken for ") + unit +
+                           (told ? "; its name says " + taken : ""));
         return;
       }
-    const Node* const unit = channels_.find("vx")->find("unit");
-    if (unit->text() == "m/s" && !(ratio > 0.6 && ratio < 1.6))
-      remarks_.push_back("vx: " + significant(ratio) + " times the speed of the path; its unit is not told by that");
+    if (!(ratio > 0.6 * expected && ratio < 1.6 * expected))
+      remarks_.push_back(found + "; its unit is not told by that");
   }
 
   void yaw_rate() {
@@ -362,8 +458,9 @@ class Guesser {
   /// What makes a pedal's column run from 0 to 1.
   std::string share(int c) {
     const double most = quantile_of_size(values(c), 1.0);
-    if (most <= 1.2) return quoted(c);
-    if (most <= 110) return quoted(c) + " / 100";
+    const bool pressure = !header_unit(table_.unit[static_cast<std::size_t>(c)], "N/m2").empty();
+    if (!pressure && most <= 1.2) return quoted(c);
+    if (!pressure && most <= 110) return quoted(c) + " / 100";
     remarks_.push_back(name(c) + ": divided by its largest value in this log, " + significant(most, 5));
     return quoted(c) + " / " + significant(most, 5);
   }
@@ -389,6 +486,44 @@ class Guesser {
     Node node = channel("formula", formula, "1", false);
     node.set("kind", Node("command"));
     channels_.set("d", std::move(node));
+    if (d < 0 && brake < 0) name_brake(share(throttle));
+  }
+
+  /// A brake by a name that no list has: in a map without it, the car would brake unasked.
+  void name_brake(const std::string& throttle) {
+    for (std::size_t c = 0; c < table_.name.size(); ++c)
+      for (const char* part : {"brake", "brems", "frein", "freno", "freio"})
+        if (plain(known_as(c)).find(part) != std::string::npos && varies(c)) {
+          const int column = static_cast<int>(c);
+          const double most = quantile_of_size(values(column), 1.0);
+          const std::string scale = most > 1.2 ? " / " + significant(most, 5) : "";
+          remarks_.push_back("d: " + name(column) + " looks like a brake and is not used; write \"formula\": \"" +
+                             throttle + " - " + quoted(column) + scale + "\" if it is one");
+          return;
+        }
+  }
+
+  bool varies(std::size_t c) const {
+    double low = INFINITY, high = -INFINITY;
+    for (const double v : table_.column[c])
+      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+    return high > low;
+  }
+
+  /// What the table holds beside what the map reads: a column that was missed should not be so unseen.
+  void name_what_is_unused(const Node& map) {
+    const Node* const valid = map.find("valid");
+    constexpr std::size_t most = 30;
+    std::string all;
+    std::size_t count = 0;
+    for (std::size_t c = 0; c < table_.name.size(); ++c) {
+      const int column = static_cast<int>(c);
+      if (taken(column) || !varies(c) || (valid != nullptr && valid->text().starts_with(quoted(column)))) continue;
+      if (++count <= most) all += (all.empty() ? "" : ", ") + table_.name[c];
+    }
+    if (count == 0) return;
+    if (count > most) all += " and " + std::to_string(count - most) + " more";
+    remarks_.push_back("columns not used: " + all);
   }
 
   /// Steering that runs from -1 to 1: by its name or unit, or by its range where nothing calls it an angle.
@@ -399,6 +534,12 @@ class Guesser {
     if (calls("norm") || unit.starts_with("norm")) return true;
     const bool an_angle = calls("angle") || calls("rad") || calls("deg") || calls("delta");
     return (unit == "1" || (unit.empty() && !an_angle)) && most > 0.7 && most < 1.05;
+  }
+
+  /// By its name; "steering angle" may be the steering wheel's.
+  bool is_of_road_wheels(int c) const {
+    const std::string called = plain(known_as(static_cast<std::size_t>(c)));
+    return called.find("delta") != std::string::npos || called.find("road") != std::string::npos;
   }
 
   void steering() {
@@ -421,6 +562,10 @@ class Guesser {
       remarks_.push_back("delta: " + (angle < 0 ? name(c) : significant(radians * 180 / pi) + " deg") +
                          " is the steering wheel's: divided by 15, a guess of the steering ratio; write the car's own");
       formula += " / 15";
+    } else if (!is_of_road_wheels(c)) {
+      remarks_.push_back("delta: " + name(c) + " is taken for the front wheels' angle (up to " +
+                         significant(radians * 180 / pi) +
+                         " deg); if it is the steering wheel's, write \"formula\": \"" + quoted(c) + " / RATIO\"");
     }
     Node node =
         formula == quoted(c) ? channel("column", name(c), unit, false) : channel("formula", formula, unit, false);
@@ -458,10 +603,11 @@ class Guesser {
 Guess guess_map(const DelimitedTable& table) { return Guesser(table).run(); }
 
 bool is_channel_name(std::string_view name) {
-  const std::string wanted = plain(name);
-  return std::any_of(known_names().begin(), known_names().end(), [&](const Names& names) {
-    return std::string_view(names.channel) != "time" &&
-           std::find(names.words.begin(), names.words.end(), wanted) != names.words.end();
+  return std::ranges::any_of(known_names(), [&](const Names& names) {
+    const std::string_view channel = names.channel;
+    return channel != "time" && std::ranges::any_of(names.words, [&](const char* word) {
+             return is_called(name, word, unit_kind(channel));
+           });
   });
 }
 

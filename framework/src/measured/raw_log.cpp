@@ -153,8 +153,13 @@ double check_time(const CsvTable& table, RawLog& raw, std::vector<Finding>& heal
   if (raw.size() < 20)
     refuse(table, "only " + std::to_string(raw.size()) + " usable rows; expected a log of at least 5 s");
   const double dt = usual_step(raw.t);
+  constexpr double least_count = 5.0;  // a step below it may be one in seconds
+  if (dt > 0.9 && dt < least_count)
+    refuse(table, "rows are " + significant(dt) + " s apart (" + significant(1.0 / dt) +
+                      " Hz); expected 0.1 s or less; if the numbers are milliseconds (" + significant(1e3 / dt, 4) +
+                      " Hz), divide them by 1000");
   for (const auto& [unit, factor] : {std::pair("milliseconds", 1e3), std::pair("microseconds", 1e6)})
-    if (dt > 0.9e-3 * factor && dt < 0.11 * factor && dt > 0.1)
+    if (dt > 0.9e-3 * factor && dt < 0.11 * factor && dt >= least_count)
       refuse(table,
              "t_s rises by " + significant(dt) + " from row to row: it looks like " + unit + "; expected seconds");
   if (raw.t.back() - raw.t.front() < shortest_log)

@@ -80,16 +80,28 @@ double step_between(const Rows& rows, const Values& time) {
   return std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
 }
 
-void check_step(const DelimitedTable& table, double step, bool of_clock) {
+/// Steps of one second are those of a slow logger or of a quick one's milliseconds.
+void check_unit(const DelimitedTable& table, double step) {
+  constexpr double least_count = 5.0;  // a step below it may be one in seconds
+  if (step > 0.9 && step < least_count)
+    refuse_file(table.file, "rows are " + significant(step) + " s apart (" + significant(1.0 / step) +
+                                " Hz); expected 0.5 s or less (2 Hz); if the numbers are milliseconds (" +
+                                significant(1e3 / step, 4) + " Hz), the map should say so (\"unit\": \"ms\")");
   for (const auto& [unit, factor] : {std::pair("milliseconds", 1e-3), {"microseconds", 1e-6}, {"nanoseconds", 1e-9}})
-    if (!of_clock && step > 0.9 && step * factor >= 0.9e-3 && step * factor < 0.3)
+    if (step >= least_count && step * factor >= 0.9e-3 && step * factor < 0.9)
       refuse_file(table.file, "time rises by " + significant(step) + " s from row to row: it looks like " + unit +
                                   "; the map should say so (\"unit\")");
+}
+
+void check_step(const DelimitedTable& table, double step, bool of_clock) {
+  if (!of_clock) check_unit(table, step);
   for (const auto& [unit, factor] : {std::pair("milliseconds", 1e3), {"microseconds", 1e6}, {"nanoseconds", 1e9}})
     if (step < shortest_step && step * factor > 0.9e-3 && step * factor < 0.3)
       refuse_file(table.file, "rows are " + significant(step) +
                                   " s apart, which no logger writes: time was taken for " + unit + " and is seconds");
-  if (step > 0.5) refuse_file(table.file, "rows are " + significant(step) + " s apart; expected 0.5 s or less");
+  if (step > 0.5)
+    refuse_file(table.file, "rows are " + significant(step) + " s apart (" + significant(1.0 / step) +
+                                " Hz); expected 0.5 s or less (2 Hz)");
 }
 
 /// A step beyond an hour is a clock that was set, as by the first fix of a receiver. A few rows before it are left

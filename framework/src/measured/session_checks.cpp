@@ -6,6 +6,7 @@
 #include "config/errors.hpp"
 #include "measured/bridged_readings.hpp"
 #include "measured/gripline_log.hpp"
+#include "measured/held_readings.hpp"
 #include "measured/session_file.hpp"
 #include "measured/unit_checks.hpp"
 #include "util/numbers.hpp"
@@ -22,6 +23,7 @@ struct SessionWindow {
   double way = NAN, course = NAN;  // between its ends, by place
   double turn = NAN, heading = NAN;
   double speed = NAN, side = NAN, rate = NAN, steer = NAN;  // means
+  double throttle = NAN, gain = NAN;                        // mean of d, change of speed between its ends
 };
 
 double mean_of(const Session& s, std::size_t first, std::size_t last, std::size_t channel) {
@@ -32,10 +34,34 @@ double mean_of(const Session& s, std::size_t first, std::size_t last, std::size_
   return 2 * count > last - first ? sum / static_cast<double>(count) : NAN;
 }
 
+/// A place that is repeated until there is a new one would show a car that stands and jumps.
+void blank_held_places(Session& s) {
+  std::vector<double> places;  // numbers that change where x or y do
+  for (std::size_t i = 0; i < s.rows(); ++i) places.push_back(s.at(i, Channel::x) + pi * s.at(i, Channel::y));
+  if (!(rows_between_new(s.t, places) > 1.0)) return;
+  for (std::size_t i = s.rows(); i-- > 1;)
+    if (places[i] == places[i - 1])
+      s.reading[i * channels + Channel::x] = s.reading[i * channels + Channel::y] = not_a_number;
+}
+
+/// The usual time from one place to the next [s].
+double time_between_places(const Session& s) {
+  std::vector<double> between;
+  double last = NAN;
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    if (!std::isfinite(s.at(i, Channel::x) + s.at(i, Channel::y))) continue;
+    if (!std::isnan(last)) between.push_back(s.t[i] - last);
+    last = s.t[i];
+  }
+  return median(std::move(between), 0.0);
+}
+
 std::vector<SessionWindow> windows_of(Session s) {
-  constexpr double length = 0.5;  // [s]
+  constexpr double length = 0.5, slowest = 2.5;  // [s]
   // Else channels that are read in few of the rows would hardly be seen at both ends of a window.
-  s.reading = bridged_readings(s.t, std::move(s.reading), length);
+  blank_held_places(s);
+  const double bridged = std::clamp(1.5 * time_between_places(s), length, slowest);
+  s.reading = bridged_readings(s.t, std::move(s.reading), bridged);
   std::vector<SessionWindow> windows;
   std::size_t j = 0;
   for (std::size_t i = 0; i < s.rows(); i = std::max(i + 1, (i + j) / 2)) {
@@ -53,12 +79,21 @@ std::vector<SessionWindow> windows_of(Session s) {
     w.speed = mean_of(s, i, j, Channel::vx);
     w.side = mean_of(s, i, j, Channel::vy);
     w.rate = mean_of(s, i, j, Channel::yaw_rate);
-    double sum = 0.0;
-    for (std::size_t k = i; k <= j; ++k) sum += s.command[k].delta;
-    w.steer = sum / static_cast<double>(j - i + 1);
+    w.gain = s.at(j, Channel::vx) - s.at(i, Channel::vx);
+    double steer = 0.0, throttle = 0.0;
+    for (std::size_t k = i; k <= j; ++k) steer += s.command[k].delta, throttle += s.command[k].d;
+    w.steer = steer / static_cast<double>(j - i + 1);
+    w.throttle = throttle / static_cast<double>(j - i + 1);
     windows.push_back(w);
   }
   return windows;
+}
+
+/// NaN where they cannot be compared.
+double speed_over_path(const std::vector<SessionWindow>& windows) {
+  return usual_ratio(
+      windows, [](const SessionWindow& w) { return w.speed; }, [](const SessionWindow& w) { return w.way / w.seconds; },
+      fewest);
 }
 
 /// Correlation of two values over windows.
@@ -83,6 +118,25 @@ Correlation turning(const std::vector<SessionWindow>& windows, double slowest) {
     if (v > slowest && std::isfinite(rate)) all.add(w.steer, rate / v);
   }
   return all;
+}
+
+/// How throttle and acceleration of a car that drives faster than `slowest` go together, without what the speed tells
+/// of both: drag lets a driver push more and the car gain less.
+struct Pushing {
+  double correlation = NAN;  // NaN where it cannot be told
+  double seconds = 0;
+};
+Pushing pushing(const std::vector<SessionWindow>& windows, double slowest) {
+  Correlation all, throttle, gain;
+  for (const SessionWindow& w : windows) {
+    const double v = speed_of(w);
+    if (!(v > slowest) || !std::isfinite(w.throttle + w.gain)) continue;
+    all.add(w.throttle, w.gain / w.seconds);
+    throttle.add(w.throttle, v), gain.add(w.gain / w.seconds, v);
+  }
+  const double a = throttle.value(), b = gain.value(), left = (1.0 - a * a) * (1.0 - b * b);
+  if (!std::isfinite(a + b)) return {all.value(), all.seconds()};  // the speed does not vary
+  return {left > 1e-6 ? (all.value() - a * b) / std::sqrt(left) : NAN, all.seconds()};
 }
 
 /// A row with a place, a heading and vy.
@@ -179,12 +233,23 @@ class Checks {
     throw InputError({d});
   }
 
-  /// A car whose d is never above 0 cannot gain speed.
   void throttle() const {
+    if (s_.prescribed_speed) return;
+    only_braking();
+    constexpr double enough = 10.0;  // [s]
+    const Pushing found = pushing(windows_, 0.2 * v_ref_);
+    if (found.seconds >= enough && found.correlation < -0.4)
+      refuse("the car speeds up against its throttle: d and acceleration correlate at " +
+             significant(found.correlation) + " over " + significant(found.seconds) +
+             " s of driving; expected a positive one: turn d's sign (\"sign\": -1), or vx");
+  }
+
+  /// A car whose d is never above 0 cannot gain speed.
+  void only_braking() const {
     std::vector<double> d;
     for (const auto& c : s_.command) d.push_back(c.d);
     const double high = lower_quantile(d, 0.99), low = lower_quantile(d, 0.01);
-    if (s_.prescribed_speed || high > 0.02 || low > -0.1) return;
+    if (high > 0.02 || low > -0.1) return;
     double slowest = INFINITY, from = 0.0, to = 0.0;
     for (const SessionWindow& w : windows_) {
       const double v = std::abs(speed_of(w));
@@ -225,9 +290,7 @@ class Checks {
   }
 
   void speed() const {
-    const double ratio = usual_ratio(
-        windows_, [](const SessionWindow& w) { return w.speed; },
-        [](const SessionWindow& w) { return w.way / w.seconds; }, fewest);
+    const double ratio = speed_over_path(windows_);
     if (std::isnan(ratio) || (ratio > 0.6 && ratio < 1.6)) return;
     const std::string found = "vx is " + significant(ratio) + " times the speed at which x and y move";
     if (ratio < -0.6 && ratio > -1.6) refuse(found + ": its sign is turned (\"sign\": -1), or the car drives backward");
@@ -321,6 +384,9 @@ std::vector<Finding> doubts_about(const SessionFile& file) {
                    "and the curvature driven hardly correlate (" + significant(turn.value(), 2) + " over " +
                        significant(turn.seconds()) + " s)",
                    "is it the right column?"});
+  if (s.has[Channel::x] && s.has[Channel::vx] && std::isnan(speed_over_path(windows)))
+    out.push_back({Finding::Level::bad, "units", "place and speed are hardly ever read together",
+                   "not compared: the unit of vx is taken on trust"});
   constexpr double against = -0.6;
   const double side =
       s.has[Channel::x] && s.has[Channel::yaw] && s.has[Channel::vy] ? sideways_correlation(s, slowest) : NAN;

@@ -11,6 +11,7 @@
 #include "measured/formula.hpp"
 #include "measured/held_readings.hpp"
 #include "measured/log_clock.hpp"
+#include "measured/placeholder_places.hpp"
 #include "measured/reading_pace.hpp"
 #include "measured/refuse_file.hpp"
 #include "measured/row_times.hpp"
@@ -39,6 +40,7 @@ class SessionReader {
     check_needed();
     apply_valid();
     place_from_degrees();
+    drop_placeholders();
     derive();
     drop_rows_before_commands();
     out_.session.written_yaw = of(Source::yaw).empty() ? Values(row_.size(), not_a_number) : of(Source::yaw);
@@ -206,6 +208,16 @@ class SessionReader {
     for (const char* conversion : {"rad(", "pi"})
       if (!bare && channel.formula.find(conversion) != std::string::npos) return true;
     return !channel.unit.empty() || of_header_[static_cast<std::size_t>(source)];
+  }
+
+  void drop_placeholders() {
+    if (!has(Source::x) || !has(Source::y)) return;
+    const PlaceholderPlaces dropped = drop_placeholder_places(out_.session.t, of(Source::x), of(Source::y));
+    if (dropped.rows > 0)
+      note("place",
+           std::to_string(dropped.rows) + " rows at the beginning show " + significant(dropped.x, 6) + ", " +
+               significant(dropped.y, 6) + ", far from the rest",
+           "taken for missing: there was no fix yet");
   }
 
   void place_from_degrees() {

@@ -10,6 +10,7 @@
 #include "measured/displacement_lag.hpp"
 #include "measured/fine_delay.hpp"
 #include "measured/gripline_log.hpp"
+#include "measured/held_readings.hpp"
 #include "measured/noise.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -376,22 +377,18 @@ void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
   const Session& s = file.session;
   for (std::size_t c = 0; c < channels; ++c) {
     if (!s.has[c]) continue;
-    std::size_t same = 0, moved = 0, absent = 0;
-    for (std::size_t i = 1; i < s.rows(); ++i) {
-      if (std::isnan(s.at(i, c))) {
-        ++absent;
-        continue;
-      }
-      (s.at(i, c) == s.at(i - 1, c) ? same : moved) += 1;
+    Values values;
+    std::size_t absent = 0;
+    for (std::size_t i = 0; i < s.rows(); ++i) {
+      values.push_back(s.at(i, c));
+      absent += i > 0 && std::isnan(values.back()) ? 1 : 0;
     }
     if (absent > 0)
       out.push_back(
           {Level::note, channel_info[c].name, std::to_string(absent) + " readings missing", "left out, one by one"});
-    if (moved > 20 && same > moved) {
-      const double every = static_cast<double>(same + moved) / static_cast<double>(moved);
+    if (const double every = rows_between_new(s.t, values); every > 1.0)
       out.push_back({Level::note, channel_info[c].name, "a new value every " + significant(every) + " rows",
                      "read as if each row were new: say \"hold\": \"held\" in the map"});
-    }
   }
 }
 

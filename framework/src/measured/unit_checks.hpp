@@ -1,8 +1,10 @@
 // What checks of units share: the usual ratio of two channels, and which wrong unit makes a speed so many times another.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "util/numbers.hpp"
@@ -10,17 +12,31 @@
 
 namespace gripline::measured {
 
-/// Median of `top` / `bottom` over windows where `bottom` is at least half its 90 % quantile. NaN where there are less
+/// The median size of what is not 0; 0 where all is.
+inline double usual_size(std::vector<double> values) {
+  for (double& v : values) v = std::abs(v);
+  std::erase(values, 0.0);
+  return median(std::move(values), 0.0);
+}
+
+/// Median of `top` / `bottom` over windows where both are large, of one another's motion: where one of them alone is, a
+/// reading is wrong (a placeholder of -9999, a place of 0, 0). Each is large or small against its own median, so that
+/// windows with a wrong reading have the share among those looked at that they have among all. NaN where there are less
 /// than `fewest`; windows without one of the two do not count.
 template <class Windows, class Top, class Bottom>
 double usual_ratio(const Windows& windows, Top top, Bottom bottom, std::size_t fewest = 1) {
-  std::vector<double> sizes, ratios;
+  std::vector<double> tops, bottoms, sizes, ratios;
   for (const auto& w : windows)
-    if (std::isfinite(top(w) + bottom(w))) sizes.push_back(std::abs(bottom(w)));
+    if (std::isfinite(top(w) + bottom(w))) tops.push_back(top(w)), bottoms.push_back(bottom(w));
+  const double usual_top = usual_size(tops), usual_bottom = usual_size(bottoms);
+  if (!(usual_bottom > 0.0)) return not_a_number;
+  for (std::size_t i = 0; i < tops.size(); ++i) {
+    const double size = std::abs(bottoms[i]) / usual_bottom;
+    sizes.push_back(usual_top > 0.0 ? std::min(size, std::abs(tops[i]) / usual_top) : size);
+  }
   const double enough = 0.5 * lower_quantile(sizes, 0.9, 0.0);
-  for (const auto& w : windows)
-    if (std::isfinite(top(w) + bottom(w)) && std::abs(bottom(w)) >= enough && bottom(w) != 0.0)
-      ratios.push_back(top(w) / bottom(w));
+  for (std::size_t i = 0; i < tops.size(); ++i)
+    if (sizes[i] >= enough && bottoms[i] != 0.0) ratios.push_back(tops[i] / bottoms[i]);
   return ratios.size() < fewest ? not_a_number : upper_median(ratios, not_a_number);
 }
 

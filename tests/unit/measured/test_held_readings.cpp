@@ -41,6 +41,31 @@ TEST(HeldReadings, EmptyCellsAreNeitherNewNorHeld) {
   EXPECT_EQ(values[6], 3);
 }
 
+/// A wave as a sensor of 10 Hz shows it in rows of `hertz`.
+std::vector<double> slow_wave(double hertz, std::size_t rows, double step) {
+  std::vector<double> values;
+  for (std::size_t r = 0; r < rows; ++r) {
+    const double read = std::floor(10 * static_cast<double>(r) / hertz + 1e-9) / 10;
+    values.push_back(step * std::round(std::sin(read) / step));
+  }
+  return values;
+}
+
+TEST(HeldReadings, RowsBetweenNewOnesAreCounted) {
+  EXPECT_NEAR(rows_between_new(every(0.05, 1000), slow_wave(20, 1000, 1e-6)), 2.0, 0.02);
+  EXPECT_NEAR(rows_between_new(every(0.01, 1000), slow_wave(100, 1000, 1e-6)), 10.0, 0.2);
+  EXPECT_NEAR(rows_between_new(every(1 / 16.0, 1000), slow_wave(16, 1000, 1e-6)), 1.6, 0.02);
+  EXPECT_EQ(rows_between_new(every(0.1, 1000), slow_wave(10, 1000, 1e-6)), 1.0);
+}
+
+TEST(HeldReadings, CoarseReadingsAndACarThatStandsAreNotHeld) {
+  // In steps as large as the usual change from row to row some rows repeat, in no order.
+  EXPECT_EQ(rows_between_new(every(0.1, 1000), slow_wave(10, 1000, 0.08)), 1.0);
+  std::vector<double> stands = slow_wave(10, 300, 1e-6);
+  stands.resize(1000, stands.back());
+  EXPECT_EQ(rows_between_new(every(0.1, 1000), stands), 1.0);
+}
+
 }  // namespace
 }  // namespace test_held_readings
 }  // namespace gripline::measured

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -222,6 +223,105 @@ TEST(LogGuess, AShareOfFullLockIsNoAngle) {
   EXPECT_THAT(guess_of_steering("steering", "", 4.0).remarks, testing::Not(said));
   EXPECT_THAT(guess_of_steering("steering_angle", "", 1.0).remarks,
               testing::Not(testing::Contains(testing::HasSubstr("share of full lock"))));
+}
+
+/// A receiver of 1 Hz in rows of 20 Hz: ten rows after a new place the next one may not be there yet.
+Guess guess_of_held_place(const std::string& speed, double factor, int rows) {
+  const auto file = scratch("held.csv");
+  std::ofstream out(file);
+  out.precision(12);
+  out << "time,x,y,delta," << speed << '\n';
+  for (int k = 0; k < rows; ++k) {
+    const double t = 0.05 * k, v = 10 + 2 * std::sin(0.3 * t), now = std::floor(t);
+    out << t << ',' << 10 * now + 2 / 0.3 * (1 - std::cos(0.3 * now)) << ",1,0.1," << v * factor << '\n';
+  }
+  out.close();
+  return guess_map(read_delimited(file));
+}
+
+TEST(LogGuess, UnitsOfSpeedAreToldByPlacesThatRepeat) {
+  for (const auto& [unit, factor] : {std::pair("km/h", 3.6), {"kn", 3600.0 / 1852.0}, {"m/s", 1.0}})
+    EXPECT_EQ(find_pointer(guess_of_held_place("speed", factor, 1200).map, "/channels/vx/unit")->text(), unit);
+  EXPECT_THAT(guess_of_held_place("speed", 3.6, 300).remarks,
+              testing::Contains(testing::HasSubstr("the place tells none")));
+}
+
+TEST(LogGuess, TheUnitOfANameStandsAndWhatThePathSaysIsTold) {
+  const auto said = testing::Contains(testing::HasSubstr("looks like km/h; its name says m/s"));
+  const Guess wrong = guess_of_held_place("speed_mps", 3.6, 1200);
+  EXPECT_EQ(find_pointer(wrong.map, "/channels/vx/unit")->text(), "m/s");
+  EXPECT_THAT(wrong.remarks, said);
+  EXPECT_THAT(guess_of_held_place("speed_kmh", 3.6, 1200).remarks,
+              testing::Not(testing::Contains(testing::HasSubstr("vx:"))));
+}
+
+/// The map of a log of these columns, each with the values 0, 0.01, 0.02 and so on.
+Guess guess_of_columns(const std::string& header) {
+  const auto file = scratch("columns.csv");
+  std::ofstream out(file);
+  out << header << '\n';
+  const auto columns = std::count(header.begin(), header.end(), ',') + 1;
+  for (int k = 0; k < 100; ++k)
+    for (int c = 0; c < columns; ++c) out << 0.01 * k << (c + 1 < columns ? ',' : '\n');
+  out.close();
+  return guess_map(read_delimited(file));
+}
+
+TEST(LogGuess, NamesMayEndWithAUnit) {
+  struct Case {
+    const char *name, *channel, *unit;
+  };
+  for (const Case& one : {Case{"speed_kmh", "/channels/vx", "km/h"},
+                          {"speed_kph", "/channels/vx", "km/h"},
+                          {"vehicle_speed_kmh", "/channels/vx", "km/h"},
+                          {"speed_ms", "/channels/vx", "m/s"},
+                          {"yaw_rate_dps", "/channels/yaw_rate", "deg/s"},
+                          {"yawrate_dps", "/channels/yaw_rate", "deg/s"},
+                          {"yaw_rate_deg_s", "/channels/yaw_rate", "deg/s"},
+                          {"yaw_rate_rads", "/channels/yaw_rate", "rad/s"},
+                          {"yaw_rate_radps", "/channels/yaw_rate", "rad/s"},
+                          {"steer_deg", "/channels/delta", "deg"},
+                          {"steering_angle_deg", "/channels/delta", "deg"},
+                          {"timestamp_ms", "/time", "ms"},
+                          {"t_ms", "/time", "ms"},
+                          {"East_m", "/channels/x", "m"},
+                          {"x_mm", "/channels/x", "mm"}}) {
+    const Guess guess = guess_of_columns(std::string("other,") + one.name);
+    const std::string at = one.channel;
+    ASSERT_NE(find_pointer(guess.map, at + "/column"), nullptr) << one.name;
+    EXPECT_EQ(find_pointer(guess.map, at + "/column")->text(), one.name);
+    EXPECT_EQ(find_pointer(guess.map, at + "/unit")->text(), one.unit) << one.name;
+  }
+}
+
+TEST(LogGuess, ColumnsThatNothingUsesAreNamed) {
+  EXPECT_THAT(guess_of_columns("time,x,y,delta,throttle,oil,Water Temperature").remarks,
+              testing::Contains("columns not used: oil, Water Temperature"));
+  EXPECT_THAT(guess_of_columns("time,x,y,delta,throttle,brake").remarks,
+              testing::Not(testing::Contains(testing::HasSubstr("not used"))));
+}
+
+TEST(LogGuess, AThrottleWithoutTheBrakeBesideItIsSaid) {
+  EXPECT_THAT(guess_of_columns("time,x,y,delta,Gas,Bremse").remarks,
+              testing::Contains(testing::AllOf(testing::HasSubstr("Bremse looks like a brake and is not used"),
+                                               testing::HasSubstr("\"formula\": \"Gas - Bremse\""))));
+}
+
+TEST(LogGuess, ASteeringAngleThatMayBeTheSteeringWheelsIsSaid) {
+  const auto said = testing::Contains(testing::HasSubstr("if it is the steering wheel's, write \"formula\""));
+  EXPECT_THAT(guess_of_columns("time,x,y,steering_angle_deg").remarks, said);
+  EXPECT_THAT(guess_of_columns("time,x,y,delta_deg").remarks, testing::Not(said));
+}
+
+TEST(LogGuess, StepsOfOneAreSecondsOrMilliseconds) {
+  const auto file = scratch("one.csv");
+  std::ofstream out(file);
+  out << "time,x,y,delta\n";
+  for (int k = 0; k < 100; ++k) out << k << ',' << k << ",1,0.1\n";
+  out.close();
+  const Guess guess = guess_map(read_delimited(file));
+  EXPECT_EQ(find_pointer(guess.map, "/time/unit")->text(), "s");
+  EXPECT_THAT(guess.remarks, testing::Contains(testing::HasSubstr("1 Hz in s and 1000 Hz in ms")));
 }
 
 }  // namespace test_log_guess

@@ -100,7 +100,11 @@ TEST(RowTimes, AFewRowsBeforeAClockWasSetAreLeftOut) {
 TEST(RowTimes, RefusalsSayWhatTimeLooksLike) {
   EXPECT_NE(why(every(20, 40)).find("looks like milliseconds"), std::string::npos);
   EXPECT_NE(why(every(2e-5, 40)).find("taken for milliseconds and is seconds"), std::string::npos);
-  EXPECT_NE(why(every(0.7, 40)).find("0.7 s apart; expected 0.5 s or less"), std::string::npos);
+  EXPECT_NE(why(every(0.7, 40)).find("0.7 s apart (1.43 Hz); expected 0.5 s or less"), std::string::npos);
+  const std::string one = why(every(1, 40));
+  EXPECT_NE(one.find("rows are 1 s apart (1 Hz); expected 0.5 s or less (2 Hz)"), std::string::npos) << one;
+  EXPECT_NE(one.find("if the numbers are milliseconds (1000 Hz)"), std::string::npos) << one;
+  EXPECT_EQ(one.find("looks like"), std::string::npos) << one;
   EXPECT_NE(why(every(0.1, 19)).find("only 19 rows"), std::string::npos);
   std::vector<double> back = every(0.1, 40);
   back[20] = 0.05;

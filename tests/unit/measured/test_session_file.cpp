@@ -613,6 +613,90 @@ TEST(SessionChecks, UnitsAreJudgedInTheFramesThatTheMapStates) {
   EXPECT_THAT(why(log, map("", velocity)), HasSubstr("deg off the path"));
 }
 
+/// The weaving car with a speed that follows a throttle against drag, and one row in `every` of placeholders; the first
+/// `without` seconds have no place.
+std::filesystem::path pushed_log(double sign, long every, double without, double place) {
+  double v = 10.0;
+  long row = 0;
+  return log_of("t,px,py,psi,v,r,steer,d", [=](std::ostream& out, double t, double x, double y, double yaw, double rate,
+                                               double delta) mutable {
+    const double d = 0.3 + 0.5 * std::sin(0.9 * t) + 0.2 * std::sin(0.23 * t);
+    v += 0.05 * (4 * d - 0.12 * v);
+    const bool wrong = every > 0 && row++ % every == 0;
+    const bool none = wrong || t < without;
+    // The path is that of 10 m/s: as near to v as checks of units ask.
+    out << t << ',' << (none ? place : x + 20) << ',' << (none ? place : y + 20) << ',' << yaw << ','
+        << (every == 0 && without == 0 ? v : 10) << ',' << rate << ',' << delta << ',' << sign * d << '\n';
+  });
+}
+LogMap pushed_map() {
+  return map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "yaw": "psi", "vx": "v", "yaw_rate": "r",
+    "delta": "steer", "d": "d"}})");
+}
+
+TEST(SessionChecks, AThrottleOfTheWrongSignIsRefused) {
+  EXPECT_EQ(why(pushed_log(1, 0, 0, 0), pushed_map()), "fine");
+  EXPECT_THAT(why(pushed_log(-1, 0, 0, 0), pushed_map()),
+              AllOf(HasSubstr("the car speeds up against its throttle: d and acceleration correlate at -"),
+                    HasSubstr("turn d's sign (\"sign\": -1)")));
+}
+
+/// One row in twelve: nearly every other window begins or ends there.
+TEST(SessionChecks, PlaceholdersInSomeRowsAreNoUnit) {
+  for (const double place : {-9999.0, 0.0}) {
+    EXPECT_EQ(why(pushed_log(1, 12, 0, place), pushed_map()), "fine") << place;
+    EXPECT_EQ(why(pushed_log(1, 60, 0, place), pushed_map()), "fine") << place;
+  }
+}
+
+TEST(SessionFile, PlaceholdersBeforeTheFirstFixAreLeftOut) {
+  const SessionFile file = read_session(pushed_log(1, 0, 4.99, -9999), pushed_map());
+  EXPECT_TRUE(std::isnan(file.session.at(99, Channel::x)));
+  EXPECT_FALSE(std::isnan(file.session.at(100, Channel::x)));
+  EXPECT_THAT(notes_of(file), HasSubstr("place: 100 rows at the beginning show -9999, -9999, far from the rest"));
+}
+
+/// A receiver of 1 Hz in rows of 20 Hz, with what the map says of it.
+std::string why_of_held_place(double factor, const char* hold) {
+  double px = 0, py = 0;
+  const auto log = log_of("t,px,py,psi,v,r,steer", [&](std::ostream& out, double t, double x, double y, double yaw,
+                                                       double rate, double delta) {
+    if (std::abs(t - std::round(t)) < 1e-6) px = x, py = y;
+    out << t << ',' << px << ',' << py << ',' << yaw << ',' << 10 * factor << ',' << rate << ',' << delta << '\n';
+  });
+  std::string text = R"({"time": "t", "channels": {"x": {"column": "px"HOLD}, "y": {"column": "py"HOLD}, "yaw": "psi",
+    "vx": "v", "yaw_rate": "r", "delta": "steer"}})";
+  for (std::size_t at; (at = text.find("HOLD")) != std::string::npos;) text.replace(at, 4, hold);
+  return why(log, map_of(text));
+}
+
+TEST(SessionChecks, SpeedsAreComparedWithPlacesThatAreHeld) {
+  for (const char* hold : {"", R"(, "hold": "held")"}) {
+    EXPECT_EQ(why_of_held_place(1.0, hold), "fine") << hold;
+    EXPECT_THAT(why_of_held_place(3.6, hold), HasSubstr("vx looks like km/h")) << hold;
+  }
+}
+
+TEST(SessionChecks, SpeedsThatNoPlaceIsComparedWithAreSaid) {
+  const auto doubts = [](double every) {
+    const auto log = log_of("t,px,py,psi,v,r,steer", [&](std::ostream& out, double t, double x, double y, double yaw,
+                                                         double rate, double delta) {
+      out << t << ',';
+      if (std::abs(std::remainder(t, every)) < 1e-6)
+        out << x << ',' << y;
+      else
+        out << ',';
+      out << ',' << yaw << ",10," << rate << ',' << delta << '\n';
+    });
+    std::string names;
+    for (const Finding& f : doubts_about(read_session(log, map_of(channels_json(""))).session))
+      names += f.check + ": " + f.done + "; ";
+    return names;
+  };
+  EXPECT_EQ(doubts(0.5), "");
+  EXPECT_THAT(doubts(5.0), HasSubstr("units: not compared"));
+}
+
 TEST(SessionChecks, AParkedCarIsRefused) {
   const auto log = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double, double, double, double,
                                                       double) { out << t << ",1,2,0.1,0.001,0,0\n"; });

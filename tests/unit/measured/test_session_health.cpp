@@ -187,5 +187,24 @@ TEST(Health, OneConstantCommandOrBothAreTold) {
   EXPECT_EQ(constant_commands(file.session).size(), 2u);
 }
 
+/// A receiver of 12.5 Hz in rows of 25 Hz.
+TEST(SessionHealth, EveryOtherRowThatRepeatsIsHeld) {
+  const auto hints = [](std::size_t rows) {
+    std::array<double, 6> last{};
+    SessionFile file;
+    file.row_step = 0.04;
+    file.session = wandering([&](double, std::size_t k, auto& row, auto&, auto, auto) {
+      if (k % rows == 0) last = row;
+      row[0] = last[0], row[1] = last[1];
+    });
+    std::string names;
+    for (const Finding& f : health_of(file))
+      if (f.done.find("\"hold\": \"held\"") != std::string::npos) names += f.check + " " + f.found + "; ";
+    return names;
+  };
+  EXPECT_EQ(hints(1), "");
+  EXPECT_EQ(hints(2), "x a new value every 2 rows; y a new value every 2 rows; ");
+}
+
 }  // namespace test_session_health
 }  // namespace gripline::measured
