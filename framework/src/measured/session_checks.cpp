@@ -89,6 +89,8 @@ std::vector<SessionWindow> windows_of(Session s) {
   return windows;
 }
 
+constexpr std::size_t fewest = 10;  // windows of a ratio
+
 /// NaN where they cannot be compared.
 double speed_over_path(const std::vector<SessionWindow>& windows) {
   return usual_ratio(
@@ -362,7 +364,6 @@ class Checks {
              " s of driving; expected a positive one: turn delta's sign (\"sign\": -1), or yaw and y");
   }
 
-  static constexpr std::size_t fewest = 10;  // windows of a ratio
   const Session s_;
   double v_ref_;
   std::vector<SessionWindow> windows_;
