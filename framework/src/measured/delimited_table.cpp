@@ -243,14 +243,18 @@ bool is_unit(std::string_view cell) {
   return std::ranges::any_of(kinds, [&](const char* kind) { return !header_unit(cell, kind).empty(); });
 }
 
-void make_unique(std::vector<std::string>& names) {
+/// Returns the names that stood there more than once.
+std::vector<std::string> make_unique(std::vector<std::string>& names) {
   std::set<std::string> seen;
+  std::vector<std::string> repeated;
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i].empty()) names[i] = "column_" + std::to_string(i + 1);
     std::string name = names[i];
     for (int n = 2; !seen.insert(name).second; ++n) name = names[i] + "_" + std::to_string(n);
+    if (name != names[i]) repeated.push_back(names[i]);
     names[i] = name;
   }
+  return repeated;
 }
 
 /// Whether a line of the table's length is a row of numbers.
@@ -377,7 +381,7 @@ struct Reader {
     std::size_t before = 0;
     for (const Line& line : lines) before += line.number < at && !is_comment(line.text);
     if (before > 0) table.found.push_back(std::to_string(before) + " lines before the header");
-    make_unique(table.name);
+    table.repeated = make_unique(table.name);
   }
 
   void count_unread(std::size_t column, std::string_view cell, int line) {

@@ -17,7 +17,7 @@ struct DelimitedTable {
     int line = 0;  // of the first, in the file
   };
   std::filesystem::path file;
-  std::vector<std::string> name;     // of the columns, without unit; unique
+  std::vector<std::string> name;     // of the columns, without unit; unique: the second "a" is "a_2"
   std::vector<std::string> unit;     // "" where none is written
   std::vector<std::string> meaning;  // what the source says a column is, for a guess; empty: only the names are known
   std::vector<std::vector<double>> column;  // NaN where a cell is empty or no number
@@ -25,6 +25,7 @@ struct DelimitedTable {
   std::vector<Unread> unread;               // by column; may be empty
   std::vector<int> line;                    // of the file, by row, from 1
   std::vector<std::string> found;           // what was unusual, one sentence each
+  std::vector<std::string> repeated;        // names that stand more than once in the header
 
   std::size_t rows() const { return line.size(); }
   bool is_clock(std::size_t c) const { return c < of_clock.size() && of_clock[c]; }

@@ -100,10 +100,21 @@ class SessionReader {
          "taken for missing");
   }
 
+  /// Which of two columns of one name is meant, nobody can tell.
+  void check_name(std::size_t column) const {
+    const std::string& name = table_.name[column];
+    if (std::ranges::find(table_.repeated, name) == table_.repeated.end()) return;
+    throw UnreadColumn{
+        "column " + name + " stands more than once in the header; expected each column that is read once", 0};
+  }
+
   Values evaluate(const MappedChannel& channel, const char* unit, const char* name) {
     try {
       const Formula formula(channel.formula, table_, std::string(name));
-      for (const std::size_t column : formula.columns()) check_cells(column, name == std::string_view("time"));
+      for (const std::size_t column : formula.columns()) {
+        check_name(column);
+        check_cells(column, name == std::string_view("time"));
+      }
       Values values = formula.evaluate(table_, time_all_);
       const double factor = channel.sign * factor_of(channel, unit, formula);
       for (double& v : values) v = std::isfinite(v) ? factor * v : not_a_number;

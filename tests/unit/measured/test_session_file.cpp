@@ -408,6 +408,20 @@ TEST(SessionFile, LatitudeAndLongitudeZeroAreNoPlace) {
   EXPECT_THAT(notes_of(file), HasSubstr("place: 100 rows have the latitude and longitude 0, 0"));
 }
 
+TEST(SessionFile, AColumnThatIsReadStandsOnceInTheHeader) {
+  const auto twice = [](const char* header) {
+    return log_of(header, [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+      out << t << ',' << x << ',' << y << ',' << yaw << ",10," << rate << ",0.2," << delta << ',' << x << '\n';
+    });
+  };
+  EXPECT_THAT(why(twice("t_s,x_m,y_m,yaw_rad,vx_mps,yaw_rate_radps,d,delta_rad,x_m"), gripline_map()),
+              HasSubstr("column x_m stands more than once in the header"));
+  EXPECT_EQ(why(twice("t_s,x_m,y_m,yaw_rad,vx_mps,yaw_rate_radps,d,delta_rad,spare"), gripline_map()), "fine");
+  const LogMap map = map_of(R"({"time": "t", "channels": {"x": "x", "y": "y", "delta": "delta"}})");
+  EXPECT_THAT(why(twice("t,x,y,yaw,v,r,d,delta,x"), map), HasSubstr("column x stands more than once"));
+  EXPECT_EQ(why(twice("t,x,y,d,v,r,d,delta,spare"), map), "fine") << "one that is not read";
+}
+
 TEST(SessionFile, TextWhereNumbersBelongIsSaid) {
   const auto some =
       log_with([](std::ostream& out, double t) { out << t << ',' << (t > 9.99 && t < 10.99 ? "10 m/s" : "10"); });
