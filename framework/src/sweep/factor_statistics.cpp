@@ -71,8 +71,9 @@ MedianInterval rank_interval(std::vector<double> values) {
   const auto n = static_cast<double>(values.size());
   const double half = 0.98 * std::sqrt(n);
   const auto rank = [&](double at) { return static_cast<std::size_t>(std::clamp(at, 0.0, n - 1)); };
+  // Numbered from 0, so that both ends are as far from theirs.
   return {order_statistic(values, rank(std::floor(n / 2 - half))),
-          order_statistic(values, rank(std::ceil(n / 2 + half)))};
+          order_statistic(values, rank(std::ceil(n / 2 + half) - 1.0))};
 }
 
 MedianInterval interval_of(const std::vector<double>& values) {
