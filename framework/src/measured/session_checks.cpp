@@ -238,7 +238,7 @@ class Checks {
   void throttle() const {
     if (s_.prescribed_speed) return;
     only_braking();
-    constexpr double enough = 10.0;  // [s]
+    constexpr double enough = 20.0;  // [s]
     const Pushing found = pushing(windows_, 0.2 * v_ref_);
     if (found.seconds >= enough && found.correlation < -0.4)
       refuse("the car speeds up against its throttle: d and acceleration correlate at " +
