@@ -39,9 +39,9 @@ double speed_lately(const Session& s, std::size_t row) {
 /// When a channel is read.
 struct Readings {
   double first = std::numeric_limits<double>::infinity(), last = -first;  // [s]
-  double bridged =
-      0;  // [s] between two of them over which it moves evenly: of a channel slower than the rows about its
-          // pace, so that what lost readings leave is no reading
+  /// [s] between two of them over which it moves evenly: of a channel slower than the rows about its pace, so that what
+  /// lost readings leave is no reading.
+  double bridged = 0;
 };
 
 Readings readings_of(const Session& s, std::size_t channel) {

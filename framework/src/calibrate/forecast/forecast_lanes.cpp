@@ -76,7 +76,7 @@ void Lanes<T>::seek(std::size_t lane) {
   last_shown_[lane] = log.t[std::min(log.row_before(read_until[lane] + 1e-9), log.rows() - 1)];
   hint_[lane] = nothing;
   for (std::size_t c = 0; c < channels; ++c) {
-    std::size_t next = std::max<std::size_t>(1, row_[lane * groups + group_of[c]]);
+    std::size_t next = std::max<std::size_t>(1, row_[lane * groups + delay_group[c]]);
     while (next > 1 && std::isnan(log.at(next - 1, c)) && time[lane] - log.t[next - 1] <= lost_after) --next;
     last_read_[lane * channels + c] = std::isnan(log.at(next - 1, c)) ? time[lane] - 2.0 * lost_after : log.t[next - 1];
   }
@@ -303,7 +303,7 @@ void Lanes<T>::take_up(std::size_t lane) {
   bool any = false;
   for (std::size_t c = 0; c < channels; ++c) {
     if (std::isnan(value(seen_.last[c]))) continue;
-    const double now = time[lane] + value(s_.delay(group_of[c]));
+    const double now = time[lane] + value(s_.delay(delay_group[c]));
     double& last = last_read_[lane * channels + c];
     fresh[c] = now - last > lost_after;
     any = any || fresh[c];
