@@ -703,7 +703,7 @@ TEST(SessionChecks, SpeedsThatNoPlaceIsComparedWithAreSaid) {
       out << ',' << yaw << ",10," << rate << ',' << delta << '\n';
     });
     std::string names;
-    for (const Finding& f : doubts_about(read_session(log, map_of(channels_json(""))).session))
+    for (const Finding& f : doubts_about(read_session(log, map_of(channels_json("")))))
       names += f.check + ": " + f.done + "; ";
     return names;
   };
