@@ -2,8 +2,10 @@
 // resistance_fit.hpp), which friction is planned for, and references along the lap (lap_references.hpp).
 //
 //   mu_plan = factor (mu - sigma sigma_mu), rising by at most `rise` per second; start mu_init until mu is trusted
-//   mu_lap  = mu_plan, at least mu_lo: what laps are solved for
 //   v_driven = pace' v,   pace' of pace_reserve.hpp
+//
+// Laps are solved for mu_lo at least. A plan for less, to be sure of what is believed, is a lap for mu_lo; where less is
+// believed, that lap is driven more slowly.
 #pragma once
 
 #include <algorithm>
@@ -32,12 +34,13 @@ using namespace planning;
 /// Beliefs, and references along a lap, however it is solved.
 class LapPlanner : public SpeedPlanner {
  public:
-  /// What the planners do differently. `time_optimal` sets no largest friction: beyond that of its library the last lap
-  /// holds.
+  /// What the planners do differently. `time_optimal` sets no bounds of friction: beyond those of its library the first
+  /// or the last lap holds.
   struct Manner {
-    double most_mu = std::numeric_limits<double>::infinity();  // that is planned for
-    double reach = 0.4;                                        // see JoinPath
-    bool at_own_speed = false;                                 // see LapReferences
+    double least_mu = -std::numeric_limits<double>::infinity();  // that laps are solved for
+    double most_mu = std::numeric_limits<double>::infinity();    // that is planned for
+    double reach = 0.4;                                          // see JoinPath
+    bool at_own_speed = false;                                   // see LapReferences
     AxleSharing sharing{};
     double full_slip_until_speed = 0, small_slip_from_speed = 0;  // see TyreUse [m/s]
   };
@@ -100,7 +103,7 @@ class LapPlanner : public SpeedPlanner {
   /// Standard deviation of the believed friction over that friction.
   double relative_spread() const { return relative_spread_; }
   /// Friction that laps are solved for.
-  double mu_lap() const { return std::max(mu_plan_, k_.mu_lo); }
+  double mu_lap() const { return std::max(mu_plan_, manner_.least_mu); }
   PlanFollower& followed() { return line_; }
   /// Whether references lead the car to the line from elsewhere.
   bool joins() const { return join_.active() || recovery_.active(); }
@@ -127,8 +130,11 @@ class LapPlanner : public SpeedPlanner {
     double spread = total_sigma(belief, car_);
     if (belief.trusted) see(now, tyres, spread);
     relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
-    approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : k_.start * mu_init_);
-    reserve_.set(mu_plan_, belief.trusted);
+    const double start = k_.start * mu_init_;
+    // In a slippery place that is known, of the road around it: laps know the place.
+    const double believed = belief.trusted ? total_mu(belief, car_) / grip_here() : start;
+    approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : start, believed);
+    reserve_.set(mu_plan_, believed, belief.trusted);
     const bool replan = belief.trusted && learned != nullptr && k_.replan;
     if (replan && before_) resistance_.learn(*before_, now, dt_, front, car_, *nominal_);
     before_ = now;
@@ -140,8 +146,10 @@ class LapPlanner : public SpeedPlanner {
   }
 
   /// A fall of the friction counts at once, a rise at the rate `rise`.
-  void approach(double target) {
-    mu_plan_ = std::min({std::max(target, least_friction), manner_.most_mu, mu_plan_ + k_.rise * dt_});
+  void approach(double target, double believed) {
+    const double least = std::min(manner_.least_mu, std::max(believed, least_friction));
+    const double allowed = std::min(std::max(target, least), manner_.most_mu);
+    mu_plan_ = std::min(allowed, mu_plan_ + k_.rise * dt_);
   }
 
   LapParams k_;

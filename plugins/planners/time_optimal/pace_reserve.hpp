@@ -5,8 +5,9 @@
 //
 // What is kept back of a speed is for friction that falls at once, which shows only when the car has begun to run wide.
 // The longer a car needs to slow down to what it then can, the wider it runs meanwhile, and that time grows with speed.
-// The less friction is believed, the less is left to lose; until it is trusted, r is 1. Laps are planned for mu_lo at
-// least: at less friction b = sqrt(mu / mu_lo) of them is driven, else b is 1.
+// The less friction is believed, the less is left to lose; until it is trusted, r is 1. Laps are solved for mu_lo at
+// least: where less is believed, b = sqrt(mu / mu_lo) of them is driven; else b is 1, also where no more than mu_lo is
+// planned for to be sure of it.
 #pragma once
 
 #include <algorithm>
@@ -26,10 +27,10 @@ class PaceReserve {
   /// the friction that they are planned for, whose root they follow.
   PaceReserve(const LapParams& params, double top) : k_(params) { check(top); }
 
-  /// What is planned for, and whether the belief behind it is trusted.
-  void set(double mu, bool trusted) {
+  /// What is planned for, what is believed, and whether that is trusted.
+  void set(double mu, double believed, bool trusted) {
     reserve_ = trusted ? at(mu) : 1.0;
-    below_ = planning::speed_share(mu, k_.mu_lo);
+    below_ = planning::speed_share(believed, k_.mu_lo);
   }
   /// The share of a planned speed [m/s] that is driven.
   double pace(double v) const { return below_ * with(reserve_, v); }
@@ -68,7 +69,7 @@ class PaceReserve {
 
   LapParams k_;
   double reserve_ = 1;
-  double below_ = 1;  // share of a lap's speed that is driven at less friction than it is planned for
+  double below_ = 1;  // share of a lap's speed that is driven at less friction than it is solved for
 };
 
 }  // namespace gripline::time_optimal

@@ -56,7 +56,8 @@ class RecedingTime final : public LapPlanner {
   RecedingTime(const PluginContext& context, const Params& params)
       : LapPlanner(
             context, checked(params),
-            {.most_mu = params.mu_hi,
+            {.least_mu = params.mu_lo,
+             .most_mu = params.mu_hi,
              .reach = 1.0,
              .at_own_speed = true,
              .sharing = {.ratio = params.ellipse, .drive_front = params.drive_front, .brake_front = params.brake_front},

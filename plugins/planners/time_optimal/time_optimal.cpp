@@ -4,7 +4,7 @@
 //
 // What is planned for, and how a plan is driven: lap_planner.hpp. The library is computed offline on tyres of a generic
 // shape. Once a tyre curve is learned, its fit per axle (tyre_fit.hpp) replaces the generic one, and the resistance
-// that the nominal model lacks is learned too: members near mu_lap are solved anew (adaptive_laps.hpp), within plan()
+// that the nominal model lacks is learned too: members near mu_plan are solved anew (adaptive_laps.hpp), within plan()
 // of the step in which that is due. Such a step allocates and lasts as long as a solve of Ipopt: a simulated race
 // waits.
 #include <algorithm>
