@@ -1,5 +1,5 @@
-// What a sweep knows of each kind of experiment: where it keeps rows and seed, how it is read, how its runs are made and
-// what numbers they leave.
+// What a sweep knows of each kind of experiment: where it keeps rows and seed, how it is read, how its runs are made,
+// and what numbers they leave.
 #pragma once
 
 #include <filesystem>
