@@ -51,8 +51,8 @@ class Keys {
   /// File names and SHA-256 of every library that the keys asked for so far include.
   const Libraries& libraries() const { return libraries_; }
   FileHashes& hashes() { return hashes_; }
-  /// Whether the files that the keys asked for so far include are still those that were hashed. Libraries are not asked:
-  /// a process goes on with those that it has loaded.
+  /// Whether the files that the keys asked for so far include are still those that were hashed. Libraries do not
+  /// count: a process goes on with those that it has loaded.
   bool files_unchanged() const;
 
  private:

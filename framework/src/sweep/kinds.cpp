@@ -52,11 +52,11 @@ Values score_values(const std::vector<ChannelScore>& scores) {
   return values;
 }
 
-void check_race(const fs::path& file, Node tree, const Registry& registry) {
-  (void)read_race(file, std::move(tree), registry);
+void check_race(const fs::path& file, const Node& tree, const Registry& registry) {
+  (void)read_race(file, tree, registry);
 }
 
-void check_estimators(const fs::path&, Node tree, const Registry& registry) { check_offline(tree, registry); }
+void check_estimators(const fs::path&, const Node& tree, const Registry& registry) { check_offline(tree, registry); }
 
 Values run_estimator(const fs::path&, const Node& tree, const Registry& registry, const fs::path& scratch) {
   return score_values(validate_offline(tree, registry, scratch));
@@ -69,7 +69,7 @@ Values run_forces(const fs::path& file, const Node& tree, const Registry& regist
   return score_values(validate_forces(race, rows, scratch).scores);
 }
 
-void check_cases(const fs::path&, Node tree, const Registry& registry) {
+void check_cases(const fs::path&, const Node& tree, const Registry& registry) {
   diagnose::check_diagnose_experiment(tree, registry);
 }
 
@@ -77,7 +77,7 @@ Values run_case(const fs::path&, const Node& tree, const Registry& registry, con
   return diagnose::run_diagnose_experiment(tree, registry, scratch).cases.at(0).values;
 }
 
-void check_measured(const fs::path&, Node tree, const Registry& registry) {
+void check_measured(const fs::path&, const Node& tree, const Registry& registry) {
   (void)calibrate::read_measured(tree, registry);
 }
 
@@ -96,11 +96,11 @@ Values run_measured(const fs::path&, const Node& tree, const Registry& registry,
 }
 
 constexpr SweptKind kinds[] = {
-    {"race", "stacks", true, "seeds", false, check_race, nullptr},  // the one of an experiment that says none
-    {"offline_validation", "estimators", false, "seed", false, check_estimators, run_estimator},
-    {"force_validation", "stacks", true, "seeds", false, check_race, run_forces},
-    {"diagnose", "cases", false, "seed", true, check_cases, run_case},
-    {"measured", nullptr, false, nullptr, false, check_measured, run_measured},
+    {"race", "stacks", "seeds", true, false, check_race, nullptr},  // the one of an experiment that says none
+    {"offline_validation", "estimators", "seed", false, false, check_estimators, run_estimator},
+    {"force_validation", "stacks", "seeds", true, false, check_race, run_forces},
+    {"diagnose", "cases", "seed", false, true, check_cases, run_case},
+    {"measured", nullptr, nullptr, false, false, check_measured, run_measured},
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// What a sweep knows of each kind of experiment: where it keeps rows and seed, how it is read, how its runs are made and
-// what numbers they leave.
+// What a sweep knows of each kind of experiment: where it keeps rows and seed, how it is read, how its runs are made,
+// and what numbers they leave.
 #pragma once
 
 #include <filesystem>
@@ -18,11 +18,11 @@ namespace gripline::sweep {
 struct SweptKind {
   const char* name;    // as "kind" says it
   const char* rows;    // member whose members are rows: "stacks", "cases", "estimators"; null: one row without a name
-  bool merges_base;    // rows are merge patches on "base"
   const char* seeds;   // "seeds" {first, count}, "seed", or null: it draws nothing
+  bool merges_base;    // rows are merge patches on "base"
   bool tries_effects;  // all effects that are found, whatever its experiment names
   /// Reads an experiment whole and runs nothing. Throws InputError, PluginError.
-  void (*check)(const std::filesystem::path& file, Node tree, const Registry& registry);
+  void (*check)(const std::filesystem::path& file, const Node& tree, const Registry& registry);
   /// Runs a tree of one row, its files below `scratch`. Null: a race, read once a setting (RaceRuns).
   Values (*run)(const std::filesystem::path& file, const Node& tree, const Registry& registry,
                 const std::filesystem::path& scratch);

@@ -79,10 +79,10 @@ void require_known_rows(const std::vector<std::string>& only, const std::vector<
 void try_reading(const Part& part, const std::vector<std::string>& assignments, const std::string& seeds_text,
                  const Registry& registry) {
   const auto read = [&](std::span<const std::string> some) {
-    Node tree = load_experiment(part.file, some);
+    const Node tree = load_experiment(part.file, some);
     const SweptKind& kind = kind_of(tree);
     if (!seeds_text.empty() && kind.seeds != nullptr) require_drawn_seeds_fit(tree, seeds_text);
-    kind.check(part.file, std::move(tree), registry);
+    kind.check(part.file, tree, registry);
   };
   try {
     read(assignments);
