@@ -111,18 +111,19 @@ bool at_bound(const Unknown& u, double value) {
   return value <= u.low || value >= u.high;  // a search stops there exactly
 }
 
-/// What is known of an unknown before any log is read.
-Interval interval_of_prior(const Unknown& u, Interval found) {
+/// What is known of an unknown about a value before any log is read.
+Interval interval_of_prior(const Unknown& u, double about, Interval found) {
   const double off = normal_95 * u.sigma;
-  found.low = std::clamp(u.log ? u.prior * std::exp(-off) : u.prior - off, u.low, u.high);
-  found.high = std::clamp(u.log ? u.prior * std::exp(off) : u.prior + off, u.low, u.high);
+  found.low = std::clamp(u.log ? about * std::exp(-off) : about - off, u.low, u.high);
+  found.high = std::clamp(u.log ? about * std::exp(off) : about + off, u.low, u.high);
   return found;
 }
 
-/// Unknowns that are not determined go back to their priors, those at a bound stay there: what the logs want beyond it
-/// is nearest to it, and at the prior the others would have to make up for it. What is left is what is fitted then.
+/// Unknowns that are not determined go back to `rest`, by parameter, or to their priors where that is empty. Those at a
+/// bound stay there: what the logs want beyond it is nearest to it, and at the prior the others would have to make up
+/// for it. What is left is what is fitted then.
 std::vector<Unknown> fix_undetermined(FitResult& result, std::span<const Unknown> unknowns,
-                                      std::span<const Interval> intervals) {
+                                      std::span<const Interval> intervals, std::span<const double> rest) {
   std::vector<Unknown> kept;
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     const Unknown& u = unknowns[i];
@@ -141,8 +142,9 @@ std::vector<Unknown> fix_undetermined(FitResult& result, std::span<const Unknown
       result.parameters.push_back({u, result.params[u.index], intervals[i], status});
       continue;
     }
-    assign(result.params, u, u.prior);
-    result.parameters.push_back({u, u.prior, interval_of_prior(u, intervals[i]), status});
+    const double value = rest.empty() ? u.prior : rest[u.index];
+    assign(result.params, u, value);
+    result.parameters.push_back({u, value, interval_of_prior(u, value, intervals[i]), status});
   }
   return kept;
 }
@@ -270,7 +272,9 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
     boot = bootstrap(blocks, result.params, free_unknowns, options.seed);
     if (round > 1) continue;
     posterior_moves = boot.posterior_moves;
-    free_unknowns = fix_undetermined(result, free_unknowns, boot.interval);
+    free_unknowns =
+        fix_undetermined(result, free_unknowns, boot.interval,
+                         options.undetermined_stay ? std::span<const double>(values) : std::span<const double>());
   }
   for (std::size_t i = 0; i < free_unknowns.size(); ++i)
     result.parameters.push_back({free_unknowns[i], result.params[free_unknowns[i].index], boot.interval[i],

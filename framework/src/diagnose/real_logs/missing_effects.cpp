@@ -186,15 +186,11 @@ calibrate::FitResult fit_to_all(const EffectSearch& search, const Trial& trial,
     unknowns.push_back(p.unknown);
     take_index_of(trial, unknowns.back());
   }
-  std::vector<calibrate::Unknown> around = unknowns;
-  for (calibrate::Unknown& u : around) u.prior = trial.params[u.index];  // where what is not determined stays
   std::vector<FitLog> logs = fit_logs(files, search.spec.track, search.forecast.step, search.options.fit);
   calibrate::FitOptions once = search.options.fit;
-  once.tries = 1;  // it begins where the search has ended
-  calibrate::FitResult result = fit(trial.forecaster, logs, trial.params, around, once);
-  for (FittedParameter& p : result.parameters)
-    for (const calibrate::Unknown& u : unknowns)
-      if (u.index == p.unknown.index) p.unknown.prior = u.prior;
+  once.tries = 1;  // it begins where the search has ended, and leaves what these logs do not determine there
+  once.undetermined_stay = true;
+  calibrate::FitResult result = fit(trial.forecaster, logs, trial.params, unknowns, once);
   result.friction = calibrate::friction_of(trial.vehicle.car(), trial.spec.car.car, result.params,
                                            result.bootstrap_draws, result.posterior_draws);
   return result;

@@ -105,6 +105,23 @@ TEST(Fit, WhatTheLogDoesNotTellIsSaidAndKeptAtItsPrior) {
   EXPECT_NEAR(p->interval.high, 1.96e-9, 1e-12);  // what the prior says
 }
 
+/// As of a search that has looked at other things before.
+TEST(Fit, WhatTheLogDoesNotTellMayStayWhereTheFitBegins) {
+  Bench bench;
+  bench.options.undetermined_stay = true;
+  double begin = 0.0;
+  for (const Unknown& u : bench.open)
+    if (u.pointer == "/plant/params/Cd") begin = bench.values[u.index] = u.prior + 1e-9;
+  const FitResult result = bench.run();
+  const FittedParameter* const p = find(result, "/plant/params/Cd");
+  ASSERT_NE(p, nullptr);
+  EXPECT_EQ(p->status, FittedParameter::Status::undetermined);
+  EXPECT_EQ(p->value, begin);
+  EXPECT_EQ(result.params[p->unknown.index], begin);
+  EXPECT_EQ(p->unknown.prior, begin - 1e-9);
+  EXPECT_NEAR(p->interval.high - begin, 1.96e-9, 1e-12);
+}
+
 TEST(Fit, FrictionIsHardlyKnownWhereNoTyreSlides) {
   Bench bench("tyres");
   bench.files.front().session =

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calibrate/effects/start_of_fit.hpp"
 #include "calibrate/fit/session_adaptation.hpp"
 #include "config/json_file.hpp"
 #include "support/calibrate_rig.hpp"
@@ -123,6 +124,33 @@ TEST(MissingEffects, TheWorldReturnedIsAFittedOne) {
       find_pointer(found.world, "/unknowns/~1plant~1effects~1steer_offset~1params~1d0/session")->number();
   EXPECT_GT(width, 1e-5);
   EXPECT_LT(width, 0.003) << "one session: as well as it is known";
+}
+
+/// What was known before the logs counts once, and so do the logs: as in `gripline fit` of the same world. Counted
+/// twice they move Bf by 0.007 more.
+TEST(MissingEffects, TheLastFitIsByThePriorsOfTheWorld) {
+  const char* const bare = R"({"plant": {"effects": []}})";
+  const char* const prior = R"({"plant": {"params": {"Bf": 5.15}}, "unknowns": {
+      "/plant/params/Bf": {"group": "tyres", "sigma": 0.005, "scale": "log"}}})";
+  const test::WeavingLog log{.seconds = 60, .noise = 10};
+  const MissingEffects found = found_in_log_of(bare, prior, log);
+  ASSERT_TRUE(found.named.empty());
+  std::list<measured::SessionFile> files(1);
+  files.front().session = test::drive(CalibrateRig(small_car_world(bare)).vehicle.car(), log);
+  const CalibrateRig world(merge(merge(small_car_world(bare), testing_support::json(R"({"unknowns": {
+      "/plant/params/Cm1": {"group": "drive", "sigma": 0.3, "scale": "log"}}})")),
+                                 testing_support::json(prior)));
+  calibrate::FitOptions options;
+  options.slowest = 0.5;
+  options.starts = 60;
+  auto logs = fit_logs(files, nullptr, 0.02, options);
+  const calibrate::Trial trial(world.spec, world.forecaster.options());
+  const auto start = calibrate::start_of_fit(world.tree, trial, measured::gripline_map(), files, std::nullopt);
+  const calibrate::FitResult fitted = fit(trial.forecaster, logs, start.values, start.unknowns, options);
+  const auto value_of = [](const auto& parameters) {
+    return std::ranges::find(parameters, "/plant/params/Bf", [](const auto& p) { return p.unknown.pointer; })->value;
+  };
+  EXPECT_NEAR(value_of(found.parameters), value_of(fitted.parameters), 0.001);
 }
 
 /// A straight servo map in the world, a bent one in the car. What was not to be fitted of the map is named by itself,
