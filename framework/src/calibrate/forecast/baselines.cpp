@@ -16,7 +16,7 @@ double rolling_curvature(const Session& s, double from, double to, double wheelb
 }
 
 double steering_at(const Session& s, double time) {
-  const std::size_t row = std::min(s.row_before(time), s.rows() - 1);
+  const std::size_t row = std::min(s.row_before(time + 1e-9), s.rows() - 1);
   return std::clamp(s.command[row].delta, -1.4, 1.4);
 }
 
