@@ -6,7 +6,7 @@
 
 #include "support/comma_locale.hpp"
 #include "support/paths.hpp"
-#include "support/program.hpp"
+#include "support/race_program.hpp"
 
 namespace gripline {
 namespace test_cli {
@@ -19,15 +19,7 @@ using testing::StartsWith;
 using namespace testing_support;
 namespace fs = std::filesystem;
 
-class Cli : public testing::Test {
- protected:
-  Outcome compare(std::vector<std::string> words, const Call& call = {}) const {
-    words.insert(words.begin(), {"compare", "experiments/good.json"});
-    return gripline_with(words, call);
-  }
-  std::string out(const std::string& name = "out") const { return folder_ / name; }
-  Folder folder_;
-};
+class Cli : public RaceProgram {};
 
 TEST_F(Cli, HelpAndVersion) {
   const Outcome help = gripline_with({"--help"});

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "measured/delimited_table.hpp"
-#include "support/program.hpp"
+#include "support/race_program.hpp"
 #include "util/csv.hpp"
 
 namespace gripline {
@@ -19,18 +19,8 @@ using testing::Not;
 using namespace testing_support;
 namespace fs = std::filesystem;
 
-class CliLogs : public testing::Test {
- protected:
-  Outcome compare(std::vector<std::string> words, const Call& call = {}) const {
-    words.insert(words.begin(), {"compare", "experiments/good.json"});
-    return gripline_with(words, call);
-  }
-  std::string out(const std::string& name = "out") const { return folder_ / name; }
-  Folder folder_;
-};
-
 /// predict and diagnose on the log of a race of 12 s; they take worlds that name their parts in files, as races do.
-class ModelsAndLogs : public CliLogs {
+class ModelsAndLogs : public RaceProgram {
  protected:
   void SetUp() override {
     ASSERT_EQ(

@@ -7,7 +7,7 @@
 
 #include "experiment/column_docs.hpp"
 #include "experiment/out_folder.hpp"
-#include "support/program.hpp"
+#include "support/race_program.hpp"
 #include "util/csv.hpp"
 
 namespace gripline {
@@ -21,15 +21,7 @@ using testing::StartsWith;
 using namespace testing_support;
 namespace fs = std::filesystem;
 
-class CliRaces : public testing::Test {
- protected:
-  Outcome compare(std::vector<std::string> words, const Call& call = {}) const {
-    words.insert(words.begin(), {"compare", "experiments/good.json"});
-    return gripline_with(words, call);
-  }
-  std::string out(const std::string& name = "out") const { return folder_ / name; }
-  Folder folder_;
-};
+class CliRaces : public RaceProgram {};
 
 TEST_F(CliRaces, CompareRacesEveryStackAndSeedAndPrintsTheTable) {
   const Outcome outcome = compare({"--out", out()});

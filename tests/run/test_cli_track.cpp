@@ -22,6 +22,17 @@ class CliTrack : public testing::Test {
   Folder folder_;
 };
 
+/// A line of radius 100 m, of whose 200 points one has another radius [m].
+std::string circle_with_a_point_at(double radius) {
+  std::string text = "x_m,y_m\n";
+  for (int i = 0; i < 200; ++i) {
+    const double r = i == 70 ? radius : 100.0;
+    text +=
+        std::to_string(r * std::cos(0.0314159265 * i)) + "," + std::to_string(r * std::sin(0.0314159265 * i)) + "\n";
+  }
+  return text;
+}
+
 TEST_F(CliTrack, TrackReadsRepairsAndWritesARoad) {
   const std::string road = fixture_dir() / "tracks/oval.csv";
   const Outcome made = gripline_with({"track", road, "--scale", "1:2", "--reverse", "--smooth", "0.01", "--out",
@@ -83,13 +94,7 @@ TEST_F(CliTrack, TrackNamesTheRadiusThatARoadStates) {
 }
 
 TEST_F(CliTrack, TrackWarnsOfKinksThatSmoothingTakesAway) {
-  std::string text = "x_m,y_m\n";
-  for (int i = 0; i < 200; ++i) {
-    const double r = i == 70 ? 100.8 : 100.0;
-    text +=
-        std::to_string(r * std::cos(0.0314159265 * i)) + "," + std::to_string(r * std::sin(0.0314159265 * i)) + "\n";
-  }
-  write_text(folder_ / "kink.csv", text);
+  write_text(folder_ / "kink.csv", circle_with_a_point_at(100.8));
   const Outcome raw = gripline_with({"track", folder_ / "kink.csv", "--width", "9.5"});
   EXPECT_EQ(raw.code, 0) << raw.err;
   EXPECT_THAT(raw.err, HasSubstr("if they are noise: --smooth METRES"));
@@ -112,13 +117,7 @@ TEST_F(CliTrack, TrackReplacesNoPointsThatItDidNotWrite) {
 
 /// A bend that is too sharp for its width needs smoothing; one that is scaled to millimetres does not.
 TEST_F(CliTrack, TrackProposesSmoothingOnlyWhereTheLineIsWrong) {
-  std::string text = "x_m,y_m\n";
-  for (int i = 0; i < 200; ++i) {
-    const double r = i == 70 ? 103.0 : 100.0;
-    text +=
-        std::to_string(r * std::cos(0.0314159265 * i)) + "," + std::to_string(r * std::sin(0.0314159265 * i)) + "\n";
-  }
-  write_text(folder_ / "noise.csv", text);
+  write_text(folder_ / "noise.csv", circle_with_a_point_at(103.0));
   const auto refusal = [&](std::vector<std::string> words) {
     words.insert(words.begin(), "track");
     const Outcome outcome = gripline_with(words);

@@ -1,15 +1,15 @@
 #include "measured/log_guess.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <optional>
+#include <utility>
 
 #include "config/errors.hpp"
 #include "config/units.hpp"
+#include "measured/column_names.hpp"
 #include "measured/log_map.hpp"
+#include "measured/unit_checks.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -18,126 +18,6 @@ namespace {
 
 using std::numbers::pi;
 using Values = std::vector<double>;
-
-/// What loggers call a channel, best first; compared in lower case without blanks and signs.
-struct Names {
-  const char* channel;
-  std::vector<const char*> words;
-};
-const std::vector<Names>& known_names() {
-  static const std::vector<Names> all = {
-      {"time",
-       {"ts", "time", "t", "times", "timestamp", "elapsedtime", "timems", "utctime", "stamp", "logtime", "seconds",
-        "datetime", "elapsed", "unixtime", "epoch", "sec", "zeit"}},
-      {"x",
-       {"xm", "x", "posx", "px", "xpos", "east", "xeast", "easting", "positionx", "posxm", "xmm", "utmx", "localx"}},
-      {"y",
-       {"ym", "y", "posy", "py", "ypos", "north", "ynorth", "northing", "positiony", "posym", "ymm", "utmy", "localy"}},
-      {"yaw",
-       {"yawrad", "yaw", "heading", "psi", "psirad", "theta", "yawdeg", "headingrad", "headingdeg", "yawangle",
-        "course", "bearing", "gpsheading", "cog", "courseoverground", "gierwinkel"}},
-      {"vx",
-       {"vx", "velx", "speedx", "velocityx", "twistlinearx", "speed", "groundspeed", "gpsspeed", "v", "velocity",
-        "vehiclespeed", "longitudinalvelocity", "longitudinalspeed", "vlong", "wheelspeed", "geschwindigkeit"}},
-      {"vy", {"vy", "vely", "speedy", "velocityy", "lateralvelocity"}},
-      {"yaw_rate",
-       {"yawrateradps", "yawrate", "yawratedegps", "gyroz", "gyroyawvelocity", "rotz", "zrateofrotation", "omega",
-        "omegaz", "angularvelocityz", "r", "psidot", "imuyawrateradps", "wz", "gz", "angvelz", "imugz", "gierrate"}},
-      {"d", {"d", "throttlebrake", "pedal", "duty", "motor"}},
-      {"throttle",
-       {"throttlenorm", "throttlepct", "throttle", "throttlepos", "throttleposition", "accelerator", "acceleratorpos",
-        "aps", "tps", "throttlecmd", "gas", "throttlepedal", "accelpedal", "acceleratorpedal", "gaspedal", "app",
-        "fahrpedal"}},
-      {"brake",
-       {"brakenorm", "brakepct", "brake", "brakekpa", "brakepres", "brakepressure", "brakepresfront",
-        "brakepressurefront", "brakepos", "brakecmd", "brakepedal"}},
-      {"delta",
-       {"deltarad", "delta", "steerrad", "steer", "steering", "steeringangle", "steeredangle", "steercmd",
-        "steercmdnorm", "steernorm", "steerangle", "roadwheelangle", "wheelangle", "steeringrad", "deltadeg",
-        "lenkwinkel"}},
-      {"steering_wheel",
-       {"steeringwheelangle", "steeringwheel", "steerwheelangle", "swa", "handwheelangle", "handwheel", "sas",
-        "sasangle", "lenkradwinkel"}},
-      {"latitude", {"latitude", "lat", "gpslatitude", "latitudedeg"}},
-      {"longitude", {"longitude", "lon", "long", "gpslongitude", "longitudedeg", "lng"}},
-      {"enable", {"driveenabled", "enable", "enabled", "motorenabled", "deadman", "autonomous"}},
-      {"valid", {"posevalid", "valid", "gpsvalid", "fixvalid"}}};
-  return all;
-}
-
-/// Endings of plain names by their units; of one dimension longer endings stand before those that they end with.
-struct Endings {
-  const char* unit;
-  std::vector<std::string_view> letters;
-};
-const std::vector<Endings>& unit_endings() {
-  static const std::vector<Endings> all = {{"km/h", {"kmph", "kmh", "kph"}},
-                                           {"mph", {"mph"}},
-                                           {"kn", {"knots", "kts", "kn"}},
-                                           {"mm/s", {"mmps"}},
-                                           {"cm/s", {"cmps"}},
-                                           {"m/s", {"mps", "ms"}},
-                                           {"ft/s", {"fps", "fts"}},
-                                           {"rad/s", {"radpersec", "radsec", "radps", "rads"}},
-                                           {"deg/s", {"degpersec", "degsec", "degps", "degs", "dps"}},
-                                           {"rad", {"radians", "rad"}},
-                                           {"deg", {"degrees", "degree", "deg"}},
-                                           {"%", {"percent", "perc", "pct"}},
-                                           {"ms", {"millis", "msec", "ms"}},
-                                           {"us", {"usec", "us"}},
-                                           {"ns", {"nsec", "ns"}},
-                                           {"s", {"seconds", "sec", "s"}},
-                                           {"mm", {"mm"}},
-                                           {"cm", {"cm"}},
-                                           {"km", {"km"}},
-                                           {"ft", {"ft"}},
-                                           {"m", {"m"}}};
-  return all;
-}
-
-/// What endings of a channel's names may say.
-const char* unit_kind(std::string_view channel) {
-  for (const auto& [name, unit] : {std::pair("time", "s"),
-                                   {"x", "m"},
-                                   {"y", "m"},
-                                   {"vx", "m/s"},
-                                   {"vy", "m/s"},
-                                   {"yaw_rate", "rad/s"},
-                                   {"d", "1"},
-                                   {"throttle", "1"},
-                                   {"brake", "1"}})
-    if (channel == name) return unit;
-  return channel == "enable" || channel == "valid" ? nullptr : "rad";
-}
-
-std::string plain(std::string_view name) {
-  std::string out;
-  for (const unsigned char c : name)
-    if (std::isalnum(c) != 0) out += static_cast<char>(std::tolower(c));
-  return out;
-}
-
-/// The unit that a plain name ends with behind its first `from` letters, if it is one of this kind; else "".
-std::string unit_ending(std::string_view plain_name, std::size_t from, const char* kind) {
-  for (const Endings& endings : unit_endings())
-    for (const std::string_view letters : endings.letters)
-      if (plain_name.size() >= from + letters.size() && plain_name.ends_with(letters))
-        if (std::string known = header_unit(endings.unit, kind); !known.empty()) return known;
-  return {};
-}
-
-/// By its whole name, or by what stands before a slash in it, "Latitude / Y Position", or with a unit of this kind at
-/// its end: "speed_kmh".
-bool is_called(std::string_view name, std::string_view word, const char* kind) {
-  const std::string p = plain(name);
-  if (p == word || plain(name.substr(0, name.find(" / "))) == word) return true;
-  if (kind == nullptr || !p.starts_with(word)) return false;
-  const std::string_view rest = std::string_view(p).substr(word.size());
-  return std::ranges::any_of(unit_endings(), [&](const Endings& endings) {
-    return std::ranges::find(endings.letters, rest) != endings.letters.end() &&
-           !header_unit(endings.unit, kind).empty();
-  });
-}
 
 double quantile_of_size(const Values& values, double q) {
   Values sizes;
@@ -191,13 +71,10 @@ class Guesser {
 
   int column(const char* channel) const {
     const char* const kind = unit_kind(channel);
-    for (const Names& names : known_names()) {
-      if (std::string_view(names.channel) != channel) continue;
-      for (const char* word : names.words)
-        for (std::size_t c = 0; c < table_.name.size(); ++c)
-          if (is_called(known_as(c), word, kind) && quantile_of_size(table_.column[c], 1.0) > 0.0)
-            return static_cast<int>(c);
-    }
+    for (const char* word : names_of(channel))
+      for (std::size_t c = 0; c < table_.name.size(); ++c)
+        if (is_called(known_as(c), word, kind) && quantile_of_size(table_.column[c], 1.0) > 0.0)
+          return static_cast<int>(c);
     return -1;
   }
   /// Columns that vary and no channel has taken, each with its range; `rising`: those that never fall.
@@ -206,16 +83,9 @@ class Guesser {
     std::string all;
     std::size_t shown = 0;
     for (std::size_t c = 0; c < table_.name.size(); ++c) {
-      double low = INFINITY, high = -INFINITY, last = -INFINITY;
-      bool falls = false;
-      for (const double v : table_.column[c]) {
-        if (!std::isfinite(v)) continue;
-        falls = falls || v < last;
-        last = v;
-        low = std::min(low, v), high = std::max(high, v);
-      }
-      if (!(high > low) || taken(static_cast<int>(c)) || (rising && falls)) continue;
+      if (!varies(c) || taken(static_cast<int>(c)) || (rising && falls(c))) continue;
       if (++shown > most) continue;
+      const auto [low, high] = range(c);
       all += (all.empty() ? "" : ", ") + table_.name[c] + " (" + significant(low) + " to " + significant(high) + ")";
     }
     if (shown > most) all += " and " + std::to_string(shown - most) + " more";
@@ -254,7 +124,7 @@ class Guesser {
 
   /// The unit that the name ends with, if it is one of the kind wanted; else "".
   std::string unit_of_name(int c, const char* wanted) const {
-    return unit_ending(plain(known_as(static_cast<std::size_t>(c))), 1, wanted);
+    return unit_at_end(known_as(static_cast<std::size_t>(c)), wanted);
   }
   /// The unit in the header, or in the name's ending, if it is one of the kind wanted.
   std::string unit_of(int c, const char* wanted) {
@@ -432,11 +302,10 @@ class Guesser {
     const double ratio = quantile_of_size(ratios, 0.5), expected = 1.0 / to_si("1 " + taken, "m/s");
     const std::string found = "vx: " + significant(ratio) + " times the speed of the path";
     if (told && ratio > 0.6 * expected && ratio < 1.6 * expected) return;
-    for (const auto& [unit, low, high] :
-         {std::tuple("km/h", 3.45, 3.8), {"ft/s", 3.1, 3.42}, {"mph", 2.1, 2.4}, {"kn", 1.85, 2.05}})
-      if (ratio > low && ratio < high) {
-        if (!told) channels_.set("vx", channel("column", name(c), unit));
-        remarks_.push_back(found + (told ? ", which looks like " : ", taken for ") + unit +
+    for (const WrongUnit& wrong : wrong_units)
+      if (!wrong.of_place && ratio > wrong.low && ratio < wrong.high) {
+        if (!told) channels_.set("vx", channel("column", name(c), wrong.unit));
+        remarks_.push_back(found + (told ? ", which looks like " : ", taken for ") + wrong.unit +
                            (told ? "; its name says " + taken : ""));
         return;
       }
@@ -493,7 +362,7 @@ class Guesser {
   void name_brake(const std::string& throttle) {
     for (std::size_t c = 0; c < table_.name.size(); ++c)
       for (const char* part : {"brake", "brems", "frein", "freno", "freio"})
-        if (plain(known_as(c)).find(part) != std::string::npos && varies(c)) {
+        if (plain_name(known_as(c)).find(part) != std::string::npos && varies(c)) {
           const int column = static_cast<int>(c);
           const double most = quantile_of_size(values(column), 1.0);
           const std::string scale = most > 1.2 ? " / " + significant(most, 5) : "";
@@ -503,11 +372,24 @@ class Guesser {
         }
   }
 
-  bool varies(std::size_t c) const {
+  /// Of the finite values; the first is the larger where there are none.
+  std::pair<double, double> range(std::size_t c) const {
     double low = INFINITY, high = -INFINITY;
     for (const double v : table_.column[c])
       if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+    return {low, high};
+  }
+  bool varies(std::size_t c) const {
+    const auto [low, high] = range(c);
     return high > low;
+  }
+  bool falls(std::size_t c) const {
+    double last = -INFINITY;
+    for (const double v : table_.column[c]) {
+      if (v < last) return true;
+      if (std::isfinite(v)) last = v;
+    }
+    return false;
   }
 
   /// What the table holds beside what the map reads: a column that was missed should not be so unseen.
@@ -528,8 +410,8 @@ class Guesser {
 
   /// Steering that runs from -1 to 1: by its name or unit, or by its range where nothing calls it an angle.
   bool is_share_of_lock(int c, double most) const {
-    const std::string called = plain(known_as(static_cast<std::size_t>(c)));
-    const std::string unit = plain(table_.unit[static_cast<std::size_t>(c)]);
+    const std::string called = plain_name(known_as(static_cast<std::size_t>(c)));
+    const std::string unit = plain_name(table_.unit[static_cast<std::size_t>(c)]);
     const auto calls = [&](const char* word) { return called.find(word) != std::string::npos; };
     if (calls("norm") || unit.starts_with("norm")) return true;
     const bool an_angle = calls("angle") || calls("rad") || calls("deg") || calls("delta");
@@ -538,7 +420,7 @@ class Guesser {
 
   /// By its name; "steering angle" may be the steering wheel's.
   bool is_of_road_wheels(int c) const {
-    const std::string called = plain(known_as(static_cast<std::size_t>(c)));
+    const std::string called = plain_name(known_as(static_cast<std::size_t>(c)));
     return called.find("delta") != std::string::npos || called.find("road") != std::string::npos;
   }
 
@@ -601,14 +483,5 @@ class Guesser {
 }  // namespace
 
 Guess guess_map(const DelimitedTable& table) { return Guesser(table).run(); }
-
-bool is_channel_name(std::string_view name) {
-  return std::ranges::any_of(known_names(), [&](const Names& names) {
-    const std::string_view channel = names.channel;
-    return channel != "time" && std::ranges::any_of(names.words, [&](const char* word) {
-             return is_called(name, word, unit_kind(channel));
-           });
-  });
-}
 
 }  // namespace gripline::measured

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "config/node.hpp"
@@ -17,8 +16,5 @@ struct Guess {
 };
 
 Guess guess_map(const DelimitedTable& table);
-
-/// Whether a column of this name would be looked at for a channel (not for the time).
-bool is_channel_name(std::string_view name);
 
 }  // namespace gripline::measured

@@ -9,78 +9,20 @@
 #include <fstream>
 #include <iomanip>
 #include <numbers>
-#include <random>
 #include <sstream>
 
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
-#include "support/scratch.hpp"
+#include "support/session_logs.hpp"
 
 namespace gripline::measured {
 namespace test_session_file {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using namespace test;
 using testing_support::scratch;
 constexpr double pi = std::numbers::pi;
-
-/// A car that weaves at 10 m/s: its rows by a printer of one row.
-template <class Row>
-std::filesystem::path log_of(const std::string& header, Row row, double seconds = 40.0, double dt = 0.05) {
-  const auto file = scratch("log.csv");
-  std::ofstream out(file);
-  out.precision(12);
-  out << header << '\n';
-  double x = 0, y = 0, yaw = 0;
-  const auto rows = std::lround(seconds / dt);
-  for (long k = 0; k < rows; ++k) {
-    const double t = static_cast<double>(k) * dt;
-    const double rate = 0.6 * std::sin(0.8 * t), delta = rate * 2.6 / 10.0;
-    row(out, t, x, y, yaw, rate, delta);
-    x += 10.0 * dt * std::cos(yaw + 0.5 * dt * rate);
-    y += 10.0 * dt * std::sin(yaw + 0.5 * dt * rate);
-    yaw += dt * rate;
-  }
-  return file;
-}
-
-std::filesystem::path plain_log() {
-  return log_of("t_s,x_m,y_m,yaw_rad,vx_mps,vy_mps,yaw_rate_radps,d,delta_rad",
-                [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
-                  out << t << ',' << x << ',' << y << ',' << std::remainder(yaw + 3.0, 2 * pi) - 0.0 << ",10,0," << rate
-                      << ",0.2," << delta << '\n';
-                });
-}
-
-LogMap map_of(const std::string& text) {
-  const auto file = scratch("map.json");
-  std::ofstream(file) << text;
-  return load_log_map(file);
-}
-
-std::string channels_json(const std::string& more) {
-  return R"({"time": {"column": "t"}, "channels": {"x": {"column": "px"}, "y": {"column": "py"},
-    "yaw": {"column": "psi"}, "vx": {"column": "v"}, "yaw_rate": {"column": "r"}, "d": {"formula": "0.2 + 0 * t"},
-    "delta": {"column": "steer"})" +
-         more + "}}";
-}
-
-std::filesystem::path own_log(double speed_factor = 1, double steer_sign = 1, double yaw_sign = 1) {
-  return log_of("t,px,py,psi,v,r,steer",
-                [&](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
-                  out << t << ',' << x << ',' << y << ',' << yaw_sign * yaw << ',' << 10 * speed_factor << ',' << rate
-                      << ',' << steer_sign * delta << '\n';
-                });
-}
-
-std::string why(const std::filesystem::path& log, const LogMap& map) {
-  try {
-    check_session(read_session(log, map), 10.0);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "fine";
-}
 
 TEST(SessionFile, ReadsGriplinesOwnColumnsAndUnwrapsYaw) {
   const SessionFile file = read_session(plain_log(), gripline_map());
@@ -482,251 +424,17 @@ TEST(SessionFile, RowsInBurstsAreNoMilliseconds) {
   EXPECT_THAT(why(in_ms, speed_map()), HasSubstr("time was taken for milliseconds"));
 }
 
-TEST(SessionChecks, AGoodLogPasses) { EXPECT_EQ(why(own_log(), map_of(channels_json(""))), "fine"); }
-
-TEST(SessionChecks, UnitsAndSignsAreToldWithTheirEvidence) {
-  const LogMap map = map_of(channels_json(""));
-  EXPECT_THAT(why(own_log(3.6), map), HasSubstr("times the speed at which x and y move: vx looks like km/h"));
-  EXPECT_THAT(why(own_log(1, -1), map), AllOf(HasSubstr("turns against its steering"), HasSubstr("correlate at -")));
-  EXPECT_THAT(why(own_log(1, 60), map), HasSubstr("degrees"));
-  EXPECT_THAT(why(own_log(1, 1, 57.3), map), HasSubstr("yaw looks like degrees"));
-  EXPECT_THAT(why(own_log(1, 1, -1), map), HasSubstr("other sign"));
-}
-
-/// Advice that is followed leaves the right speed, not one that is off by a sixth and passes.
-TEST(SessionChecks, UnitsOfSpeedNearEachOtherAreToldApart) {
-  const LogMap map = map_of(channels_json(""));
-  EXPECT_THAT(why(own_log(3600.0 / 1852.0), map), HasSubstr("vx looks like knots (\"unit\": \"kn\")"));
-  EXPECT_THAT(why(own_log(1 / 0.44704), map), HasSubstr("vx looks like mph (\"unit\": \"mph\")"));
-  EXPECT_THAT(why(own_log(1 / 0.3048), map), HasSubstr("vx looks like ft/s (\"unit\": \"ft/s\")"));
-  for (const double none : {0.3048, 1.75, 2.8, 4.2})
-    EXPECT_THAT(why(own_log(none), map), HasSubstr("; expected about 1")) << none;
-}
-
-/// A receiver at 5 Hz beside a gyroscope in every row.
-TEST(SessionChecks, ChannelsThatAreReadLessOftenThanRowsAreCheckedAllTheSame) {
-  const auto log = [](double speed_factor) {
-    return log_of("t,px,py,psi,v,r,steer",
-                  [=](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
-                    out << t << ',';
-                    if (std::lround(t / 0.05) % 4 == 0)
-                      out << x << ',' << y << ',' << yaw << ',' << 10 * speed_factor;
-                    else
-                      out << ",,,";
-                    out << ',' << rate << ',' << delta << '\n';
-                  });
-  };
-  const LogMap map = map_of(channels_json(""));
-  EXPECT_EQ(why(log(1.0), map), "fine");
-  EXPECT_THAT(why(log(3.6), map), HasSubstr("vx looks like km/h"));
-}
-
-/// The weaving car with a throttle, through a map with this unit of time, formulas of the place and throttle.
-std::string why_with(const char* time, const char* place, const char* d) {
-  const auto log = log_of("t,px,py,psi,v,steer,go",
-                          [](std::ostream& out, double t, double px, double py, double psi, double, double delta) {
-                            out << t << ',' << px << ',' << py << ',' << psi << ',' << 10.0 + 3.0 * std::sin(0.3 * t)
-                                << ',' << delta << ',' << 0.3 + 0.2 * std::cos(0.3 * t) << '\n';
-                          });
-  std::string text = R"({"time": {"column": "t", "unit": ")";
-  text.append(time).append(R"("}, "channels": {"x": "px)").append(place).append(R"(", "y": "py)").append(place);
-  text.append(R"(", "yaw": "psi", "vx": "v", "d": ")").append(d).append(R"(", "delta": "steer"}})");
-  return why(log, map_of(text));
-}
-
-TEST(SessionChecks, UnitsAndSignsThatAMapGivesToGoodNumbersAreTold) {
-  EXPECT_EQ(why_with("s", "", "go"), "fine");
-  EXPECT_THAT(why_with("ms", "", "go"), HasSubstr("time was taken for milliseconds and is seconds"));
-  EXPECT_THAT(why_with("s", " / 1000", "go"), HasSubstr("x and y were taken for millimetres and are metres"));
-  EXPECT_THAT(why_with("s", "", "-go"), HasSubstr("d is never above 0"));
-}
-
-TEST(SessionChecks, AYawInRadiansThatIsTakenForDegreesIsTold) {
-  const auto log = log_of("t,px,py,psi,v,steer",
-                          [](std::ostream& out, double t, double, double, double, double, double) {  // a circle
-                            const double yaw = 0.5 * t;
-                            out << t << ',' << 20 * std::sin(yaw) << ',' << -20 * std::cos(yaw) << ','
-                                << std::remainder(yaw, 2 * pi) << ",10,0.13\n";
-                          });
-  const LogMap map = map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "vx": "v", "delta": "steer",
-    "yaw": {"column": "psi", "unit": "deg"}}})");
-  EXPECT_THAT(why(log, map), HasSubstr("yaw was taken for degrees and is radians"));
-}
-
-TEST(SessionChecks, SteeringThatTheCarDoesNotFollowIsDoubted) {
-  const auto found = [](const char* formula, const char* sideways) {
-    const auto log = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
-                                                        double rate, double delta) {
-      const double lean = 0.05 * std::sin(0.8 * t + 1.0);  // the heading is off the path
-      out << t << ',' << x << ',' << y << ',' << yaw + lean << ",10," << rate << ',' << delta << '\n';
-    });
-    std::string text = R"({"time": "t", "channels": {"x": "px", "y": "py", "yaw": "psi", "vx": "v", "yaw_rate": "r",
-      "delta": ")";
-    text.append(formula).append(R"(", "vy": ")").append(sideways).append("\"}}");
-    std::string names;
-    for (const Finding& f : doubts_about(read_session(log, map_of(text)))) names.append(f.check).append(" ");
-    return names;
-  };
-  EXPECT_EQ(found("steer", "-10 * sin(0.05 * sin(0.8 * t + 1.0))"), "");
-  EXPECT_EQ(found("0.2 * sin(3.1 * t)", "-10 * sin(0.05 * sin(0.8 * t + 1.0))"), "delta ");
-  EXPECT_EQ(found("steer", "10 * sin(0.05 * sin(0.8 * t + 1.0))"), "vy ");
-}
-
-/// A minute of a small car that weaves quickly, with noise of its sensors; a row every `dt`. `sign`: of vy as written.
-SessionFile quick_weave(double dt, double sign) {
-  constexpr double h = 0.001;
-  const auto vx = [](double t) { return 1.5 + 0.3 * std::sin(0.5 * t); };
-  const auto vy = [](double t) { return 0.12 * std::sin(9.0 * t) + 0.03 * std::sin(2.0 * t); };
-  const auto rate = [](double t) { return 1.4 * std::sin(9.0 * t + 0.2) + 0.4 * std::sin(2.0 * t); };
-  std::mt19937_64 random(3);
-  std::normal_distribution<double> normal;
-  SessionFile file;
-  Session& s = file.session;
-  s.has.fill(true);
-  const auto every = static_cast<long>(std::round(dt / h));
-  double x = 0.0, y = 0.0, yaw = 0.0;
-  for (long k = 0; k < 60000; ++k) {
-    const double t = h * static_cast<double>(k);
-    if (k % every == 0) {
-      s.t.push_back(t);
-      s.command.push_back({0.3, 0.12 * std::sin(9.0 * t + 0.2) + 0.04 * std::sin(2.0 * t)});
-      for (const auto& [value, noise] :
-           {std::pair(x, 0.01), {y, 0.01}, {yaw, 0.001}, {vx(t), 0.01}, {sign * vy(t), 0.01}, {rate(t), 0.001}})
-        s.reading.push_back(value + noise * normal(random));
-    }
-    x += h * (vx(t) * std::cos(yaw) - vy(t) * std::sin(yaw));
-    y += h * (vx(t) * std::sin(yaw) + vy(t) * std::cos(yaw));
-    yaw += h * rate(t);
-  }
-  return file;
-}
-
-/// No rate of rows hides that vy has the wrong sign, and none makes a right one doubtful.
-TEST(SessionChecks, AVyOfTheWrongSignIsDoubtedAtAnyRate) {
-  for (const double hertz : {100.0, 50.0, 20.0, 10.0})
-    for (const double sign : {1.0, -1.0}) {
-      std::string names;
-      for (const Finding& f : doubts_about(quick_weave(1.0 / hertz, sign))) names.append(f.check).append(" ");
-      EXPECT_EQ(names, sign > 0 ? "" : "vy ") << hertz << " Hz";
-    }
-}
-
-/// What a map says of its units is not found wrong with them.
-TEST(SessionChecks, UnitsAreJudgedInTheFramesThatTheMapStates) {
-  const auto map = [](const char* yaw, const char* vx) {
-    return map_of(std::string(R"({"time": "t", "channels": {"x": "px", "y": "py", "yaw": {"column": "psi")") + yaw +
-                  R"(}, "vx": {"column": "v")" + vx + R"(}, "vy": "side", "yaw_rate": "r", "delta": "steer"}})");
-  };
-  const auto log = log_of("t,px,py,psi,v,side,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
-                                                           double rate, double delta) {
-    out << t << ',' << x << ',' << y << ',' << yaw + 1.5 << ",-10,0," << rate << ',' << delta << '\n';
-  });
-  const char *const pose = R"(, "frame": {"yaw": 1.5})", *const velocity = R"(, "frame": {"yaw": "180 deg"})";
-  EXPECT_EQ(why(log, map(pose, velocity)), "fine");
-  EXPECT_THAT(why(log, map(pose, "")), HasSubstr("its sign is turned"));
-  EXPECT_THAT(why(log, map("", velocity)), HasSubstr("deg off the path"));
-}
-
-/// The weaving car with a speed that follows a throttle against drag, and one row in `every` of placeholders; the first
-/// `without` seconds have no place.
-std::filesystem::path pushed_log(double sign, long every, double without, double place) {
-  double v = 10.0;
-  long row = 0;
-  return log_of("t,px,py,psi,v,r,steer,d", [=](std::ostream& out, double t, double x, double y, double yaw, double rate,
-                                               double delta) mutable {
-    const double d = 0.3 + 0.5 * std::sin(0.9 * t) + 0.2 * std::sin(0.23 * t);
-    v += 0.05 * (4 * d - 0.12 * v);
-    const bool wrong = every > 0 && row++ % every == 0;
-    const bool none = wrong || t < without;
-    // The path is that of 10 m/s: as near to v as checks of units ask.
-    out << t << ',' << (none ? place : x + 20) << ',' << (none ? place : y + 20) << ',' << yaw << ','
-        << (every == 0 && without == 0 ? v : 10) << ',' << rate << ',' << delta << ',' << sign * d << '\n';
-  });
-}
-LogMap pushed_map() {
-  return map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "yaw": "psi", "vx": "v", "yaw_rate": "r",
-    "delta": "steer", "d": "d"}})");
-}
-
-TEST(SessionChecks, AThrottleOfTheWrongSignIsRefused) {
-  EXPECT_EQ(why(pushed_log(1, 0, 0, 0), pushed_map()), "fine");
-  EXPECT_THAT(why(pushed_log(-1, 0, 0, 0), pushed_map()),
-              AllOf(HasSubstr("the car speeds up against its throttle: d and acceleration correlate at -"),
-                    HasSubstr("turn d's sign (\"sign\": -1)")));
-}
-
-/// One row in twelve: nearly every other window begins or ends there.
-TEST(SessionChecks, PlaceholdersInSomeRowsAreNoUnit) {
-  for (const double place : {-9999.0, 0.0}) {
-    EXPECT_EQ(why(pushed_log(1, 12, 0, place), pushed_map()), "fine") << place;
-    EXPECT_EQ(why(pushed_log(1, 60, 0, place), pushed_map()), "fine") << place;
-  }
-}
-
 TEST(SessionFile, PlaceholdersBeforeTheFirstFixAreLeftOut) {
-  const SessionFile file = read_session(pushed_log(1, 0, 4.99, -9999), pushed_map());
+  const auto log = log_of("t,px,py,psi,v,r,steer",
+                          [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+                            const bool fixed = t > 4.99;
+                            out << t << ',' << (fixed ? x : -9999) << ',' << (fixed ? y : -9999) << ',' << yaw << ",10,"
+                                << rate << ',' << delta << '\n';
+                          });
+  const SessionFile file = read_session(log, map_of(channels_json("")));
   EXPECT_TRUE(std::isnan(file.session.at(99, Channel::x)));
   EXPECT_FALSE(std::isnan(file.session.at(100, Channel::x)));
   EXPECT_THAT(notes_of(file), HasSubstr("place: 100 rows at the beginning show -9999, -9999, far from the rest"));
-}
-
-/// A receiver of 1 Hz in rows of 20 Hz, with what the map says of it.
-std::string why_of_held_place(double factor, const char* hold) {
-  double px = 0, py = 0;
-  const auto log = log_of("t,px,py,psi,v,r,steer", [&](std::ostream& out, double t, double x, double y, double yaw,
-                                                       double rate, double delta) {
-    if (std::abs(t - std::round(t)) < 1e-6) px = x, py = y;
-    out << t << ',' << px << ',' << py << ',' << yaw << ',' << 10 * factor << ',' << rate << ',' << delta << '\n';
-  });
-  std::string text = R"({"time": "t", "channels": {"x": {"column": "px"HOLD}, "y": {"column": "py"HOLD}, "yaw": "psi",
-    "vx": "v", "yaw_rate": "r", "delta": "steer"}})";
-  for (std::size_t at; (at = text.find("HOLD")) != std::string::npos;) text.replace(at, 4, hold);
-  return why(log, map_of(text));
-}
-
-TEST(SessionChecks, SpeedsAreComparedWithPlacesThatAreHeld) {
-  for (const char* hold : {"", R"(, "hold": "held")"}) {
-    EXPECT_EQ(why_of_held_place(1.0, hold), "fine") << hold;
-    EXPECT_THAT(why_of_held_place(3.6, hold), HasSubstr("vx looks like km/h")) << hold;
-  }
-}
-
-TEST(SessionChecks, SpeedsThatNoPlaceIsComparedWithAreSaid) {
-  const auto doubts = [](double every) {
-    const auto log = log_of("t,px,py,psi,v,r,steer", [&](std::ostream& out, double t, double x, double y, double yaw,
-                                                         double rate, double delta) {
-      out << t << ',';
-      if (std::abs(std::remainder(t, every)) < 1e-6)
-        out << x << ',' << y;
-      else
-        out << ',';
-      out << ',' << yaw << ",10," << rate << ',' << delta << '\n';
-    });
-    std::string names;
-    for (const Finding& f : doubts_about(read_session(log, map_of(channels_json("")))))
-      names += f.check + ": " + f.done + "; ";
-    return names;
-  };
-  EXPECT_EQ(doubts(0.5), "");
-  EXPECT_THAT(doubts(5.0), HasSubstr("units: not compared"));
-}
-
-TEST(SessionChecks, AParkedCarIsRefused) {
-  const auto log = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double, double, double, double,
-                                                      double) { out << t << ",1,2,0.1,0.001,0,0\n"; });
-  EXPECT_THAT(why(log, map_of(channels_json(""))), HasSubstr("the car is parked"));
-}
-
-TEST(SessionChecks, AFewSecondsOfAParkedCarAreNoLogOfDriving) {
-  // A receiver's place wanders by centimetres, its speed by millimetres per second: neither is a unit's mistake.
-  const auto log = log_of(
-      "t,px,py,psi,v,r,steer",
-      [](std::ostream& out, double t, double, double, double, double, double) {
-        out << t << ',' << 173.5 + 0.01 * std::sin(5 * t) << ',' << -130.9 + 0.01 * std::cos(3 * t) << ",0.1,"
-            << 0.003 * std::sin(7 * t) << ",0,0\n";
-      },
-      8.0);
-  EXPECT_THAT(why(log, map_of(channels_json(""))), HasSubstr("the car is parked"));
 }
 
 }  // namespace test_session_file
