@@ -11,12 +11,9 @@
 //                 omega' = (omega* - omega) / tau,  vy' = (lr omega* - vy) / tau: in place of the model's own
 //   grade, bank   slope += direction sum_i c_i B(10 f - i), i = 0..9 periodic, f the lap fraction, B the
 //                 cubic B-spline; grade leaves out the mean of its c_i: a closed lap comes back to its height
-//
-// Of plane_tilt and bank a car whose wheels do not slip (wheel_slip.hpp) feels the grade alone.
 #include <gripline/plugin.hpp>
 
 #include "common/vehicle/standstill.hpp"
-#include "common/vehicle/wheel_slip.hpp"
 
 namespace {
 
@@ -138,7 +135,7 @@ class PlaneTilt final : public gripline::AutoDiffEffect<PlaneTilt> {
   void act(Point<T>& p, const Params<T>& k) const {
     const auto [sine, cosine] = gripline::sine_cosine(p.q.yaw);
     p.q.grade += k.tx * cosine + k.ty * sine;
-    if (gripline::vehicle::slips(p.q)) p.q.bank += k.tx * sine - k.ty * cosine;
+    p.q.bank += k.tx * sine - k.ty * cosine;
   }
 };
 
@@ -188,7 +185,7 @@ class Bank final : public LapSlope<Bank> {
  public:
   template <class T>
   void act(Point<T>& p, const Params<T>& k) const {
-    if (gripline::vehicle::slips(p.q)) p.q.bank += slope(p.at.lap_fraction, k, false) * p.at.direction;
+    p.q.bank += slope(p.at.lap_fraction, k, false) * p.at.direction;
   }
 };
 

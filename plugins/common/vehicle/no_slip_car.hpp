@@ -14,9 +14,8 @@
 // for stacks that are given them. yaw_gain = 1 is the formula; the published code multiplies the yaw acceleration by L
 // where it should divide, which is yaw_gain = L^2: the observed yaw rate then holds over the horizon. Near the limit a
 // car turns far less than one without slip, and a controller on the formula oscillates between the edges
-// (framework/doc/models.md). Without slip a bank moves no car sideways: no model here has a term for it, and by
-// wheel_slip.hpp effects see that theirs is none. A grade changes vx alone: side speed and yaw rate of a steered car
-// that drives forward do not follow it.
+// (framework/doc/models.md). Without slip a bank moves no car sideways: no model here has a term for it. A grade
+// changes vx alone: side speed and yaw rate of a steered car that drives forward do not follow it.
 #pragma once
 
 #include <array>
@@ -24,7 +23,6 @@
 #include <gripline/plugin.hpp>
 
 #include "common/vehicle/standstill.hpp"
-#include "common/vehicle/wheel_slip.hpp"
 
 namespace gripline {
 
@@ -119,7 +117,6 @@ class NoSlipCar : public AutoDiffVehicle<D> {
     p.q.lr = k.lr;
     p.q.load_front = T(1);
     p.q.load_rear = T(1);
-    p.q.stiff_front = p.q.stiff_rear = T(vehicle::stiffness_without_slip);
   }
 
   template <class T>

@@ -1,13 +1,7 @@
-#include <array>
 #include <cmath>
 #include <random>
-#include <utility>
-#include <vector>
 
-#include "car/instant.hpp"
-#include "car/staged_car.hpp"
 #include "support/effect_bench.hpp"
-#include "support/vehicle_checks.hpp"
 
 namespace gripline {
 namespace test_effects_body {
@@ -74,38 +68,6 @@ TEST(PlaneTilt, IsAGradeAheadAndABankAcross) {
   EXPECT_NEAR(q.grade, 0.01 + 0.02 * c + 0.01 * s, 1e-15);
   EXPECT_NEAR(q.bank, -0.02 + 0.02 * s - 0.01 * c, 1e-15);
   bench.expect_exact_derivatives({0.02, 0.01});
-}
-
-/// How the velocities of a car change that drives straight on over ground with these effects.
-std::array<double, 2> velocity_rates(const char* model_id, const std::vector<std::pair<const char*, double>>& effects) {
-  const rig::TestedModel model(model_id);
-  std::vector<EffectBench> benches;
-  StagedCar car(*model.model, model.params);
-  for (const auto& [id, first] : effects) benches.emplace_back(id);
-  for (std::size_t i = 0; i < effects.size(); ++i) {
-    std::vector<double> params(benches[i].entry().params().size(), 0.0);
-    params.back() = effects[i].second;
-    car.add(benches[i].effect(), params, effects[i].first);
-  }
-  const std::array<double, 6> motion{0, 0, 0, 2, 0, 0};
-  std::array<double, 6> rate{};
-  Place at;
-  at.lap_fraction = 0.9;  // where the last of ten coefficients counts most
-  InstantBatch<double> instant(motion.data(), {0.1, 0, 0}, at, 0.02, Hold::zoh);
-  instant.batch.motion_rate = rate.data();
-  car.rates(instant.batch);
-  return {rate[3], rate[4]};
-}
-
-/// Wheels that do not slip hold a car on a bank, whatever says that there is one: nothing would ever stop it sideways.
-TEST(Slopes, NoBankMovesACarWithoutSlip) {
-  for (const char* model : {"kinematic", "ekinematic"}) {
-    const auto level = velocity_rates(model, {}), banked = velocity_rates(model, {{"plane_tilt", 0.1}, {"bank", 0.1}});
-    EXPECT_EQ(banked, level) << model;
-    EXPECT_LT(velocity_rates(model, {{"grade", 0.1}})[0], level[0] - 0.3) << model;
-  }
-  EXPECT_NEAR(velocity_rates("dynamic", {{"plane_tilt", 0.1}})[1], -gravity * std::sin(0.1), 1e-9);
-  EXPECT_GT(velocity_rates("dynamic", {{"bank", 0.1}})[1], 0.3);
 }
 
 TEST(YawResponse, GoesToTheTurnThatTheTyresBear) {
