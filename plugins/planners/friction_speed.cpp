@@ -10,6 +10,7 @@
 // Source: Kalaria, Lin, Dolan, Algorithm 1 line 14. Each profile of the grid is computed from the car's own drive,
 // brake and steering limits (speed_profile.hpp).
 #include "common/planning/line_planner.hpp"
+#include "common/planning/planned_friction.hpp"
 
 namespace {
 
@@ -23,7 +24,7 @@ class FrictionSpeed final : public SpeedPlanner {
   static constexpr auto parameters() {
     return std::tuple_cat(planning::line_parameters<Params>(),
                           std::tuple{param("mu_lo", &Params::mu_lo, "1", {0.01, 5},
-                                           "least friction of the grid; less is driven at the root of its share"),
+                                           "least friction of the grid; for less, its speeds times sqrt(mu / mu_lo)"),
                                      param("mu_hi", &Params::mu_hi, "1", {0.01, 5}, "largest friction of the grid"),
                                      param("mu_step", &Params::mu_step, "1", {0.005, 1}, "step of the grid"),
                                      param("rise", &Params::rise, "1/s", {0, 100},

@@ -89,7 +89,8 @@ class StraightDrive {
 
  private:
   /// The nominal model takes commands, of which its Stage::command may make something else: a dead zone, a curve, an
-  /// offset. Where it does, the commands of which this comes are found by bisection.
+  /// offset. Where it does, the commands that make throttle d act and the wheels point straight ahead are found by
+  /// bisection, in 51 evaluations of the model; what acts must rise with the command.
   Prediction::Rates rates_where(double vx, double d, const Place& place) const {
     constexpr int halvings = 50;
     State x;

@@ -1,12 +1,10 @@
-// What planners ask of their context, a car's own limits that their lines respect, and frictions that are planned for.
+// What planners ask of their context, and a car's own limits that their lines respect.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <sstream>
 #include <stdexcept>
-#include <vector>
 
 #include <gripline/interfaces.hpp>
 
@@ -34,28 +32,10 @@ inline std::size_t sample_count(double wanted) {
   if (!(wanted >= fewest && wanted <= most)) {
     std::ostringstream text;
     text << "the line along the course would have " << wanted << " samples; expected " << fewest << " to " << most
-         << ": the car (or the line's \"spacing\") does not suit the length of the course";
+         << ": the car, or the spacing of the line, does not suit the length of the course";
     throw std::invalid_argument(text.str());
   }
   return static_cast<std::size_t>(wanted);
-}
-
-/// Friction coefficients from `lo` to `hi`, equally spaced by at most `step`. Throws std::invalid_argument for hi < lo.
-inline std::vector<double> friction_grid(double lo, double hi, double step) {
-  if (hi < lo) throw std::invalid_argument("mu_hi is below mu_lo");
-  std::vector<double> mus{lo};
-  const int intervals = static_cast<int>(std::ceil((hi - lo) / step - 1e-9));
-  for (int i = 1; i <= intervals; ++i) mus.push_back(std::lerp(lo, hi, static_cast<double>(i) / intervals));
-  return mus;
-}
-
-/// Less than any road has. A belief in less must not stop the car, which then would learn nothing more.
-inline constexpr double least_friction = 0.01;
-
-/// The share of speeds planned for the friction `planned` that is driven at friction `mu`: 1, and where mu is less the
-/// root of their ratio, which tyres allow.
-inline double speed_share(double mu, double planned) {
-  return mu < planned ? std::sqrt(std::max(mu, least_friction) / planned) : 1.0;
 }
 
 }  // namespace gripline::planning

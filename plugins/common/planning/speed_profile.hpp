@@ -15,7 +15,7 @@
 
 #include "common/planning/car_limits.hpp"
 #include "common/planning/closed_line.hpp"
-#include "common/planning/planner_context.hpp"
+#include "common/planning/planned_friction.hpp"
 
 namespace gripline::planning {
 

@@ -56,7 +56,7 @@ class SuddenChange {
   void start_over() { *this = SuddenChange(alarm_); }
 
  private:
-  static constexpr double memory = 0.9;        // of the score, after
+  static constexpr double memory = 0.9;        // share of the score that counts after memory_time
   static constexpr double memory_time = 0.02;  // [s] of tested samples
   static constexpr double tested_share = 0.4;  // of friction: least side force of samples that are tested
   static constexpr double lasts = 0.5;         // [s] that the new friction is being found: 25 samples at 20 ms

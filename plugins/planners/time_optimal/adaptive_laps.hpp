@@ -30,7 +30,7 @@ class AdaptiveLaps {
   AdaptiveLaps(const LapSetup& setup, std::vector<LapMember> members, const AdaptiveOptions& options);
 
   /// One control step: ends and orders solves for the car learned (null: nothing is learned). Then `out` is the lap
-  /// at this friction, at less than the first member's that member's: to be driven more slowly.
+  /// at this friction; below the first member's friction, the first member's lap.
   void step(const CarBelief* learned, double mu, LapPlan& out);
   /// The longest so far from an order to the first step of its lap [control steps].
   int longest_wait() const { return longest_wait_; }

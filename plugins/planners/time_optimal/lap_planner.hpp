@@ -16,6 +16,7 @@
 #include <span>
 
 #include "common/planning/join_path.hpp"
+#include "common/planning/planned_friction.hpp"
 #include "common/planning/planner_context.hpp"
 #include "common/planning/recovery_path.hpp"
 #include "planners/time_optimal/lap_dynamics.hpp"
@@ -34,8 +35,8 @@ using namespace planning;
 /// Beliefs, and references along a lap, however it is solved.
 class LapPlanner : public SpeedPlanner {
  public:
-  /// What the planners do differently. `time_optimal` sets no bounds of friction: beyond those of its library the first
-  /// or the last lap holds.
+  /// What the planners do differently. `time_optimal` sets no bounds of friction: beyond those of its library it has
+  /// the first or the last lap.
   struct Manner {
     double least_mu = -std::numeric_limits<double>::infinity();  // that laps are solved for
     double most_mu = std::numeric_limits<double>::infinity();    // that is planned for
@@ -133,8 +134,9 @@ class LapPlanner : public SpeedPlanner {
     const double start = k_.start * mu_init_;
     // In a slippery place that is known, of the road around it: laps know the place.
     const double believed = belief.trusted ? total_mu(belief, car_) / grip_here() : start;
-    approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : start, believed);
-    reserve_.set(mu_plan_, believed, belief.trusted);
+    low_mu_ = std::min({believed, k_.mu_lo, low_mu_ + k_.rise * dt_});
+    approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : start);
+    reserve_.set(mu_plan_, low_mu_, belief.trusted);
     const bool replan = belief.trusted && learned != nullptr && k_.replan;
     if (replan && before_) resistance_.learn(*before_, now, dt_, front, car_, *nominal_);
     before_ = now;
@@ -146,8 +148,8 @@ class LapPlanner : public SpeedPlanner {
   }
 
   /// A fall of the friction counts at once, a rise at the rate `rise`.
-  void approach(double target, double believed) {
-    const double least = std::min(manner_.least_mu, std::max(believed, least_friction));
+  void approach(double target) {
+    const double least = std::min(manner_.least_mu, std::max(low_mu_, least_friction));
     const double allowed = std::min(std::max(target, least), manner_.most_mu);
     mu_plan_ = std::min(allowed, mu_plan_ + k_.rise * dt_);
   }
@@ -165,7 +167,8 @@ class LapPlanner : public SpeedPlanner {
   std::optional<Observation> before_;
   JoinPath join_;
   RecoveryPath recovery_;
-  double mu_plan_;  // friction that is planned for
+  double mu_plan_;                                           // friction that is planned for
+  double low_mu_ = std::numeric_limits<double>::infinity();  // that is believed, mu_lo at most; rises no faster
   PaceReserve reserve_;
   double relative_spread_ = 0;
   LapReferences references_;

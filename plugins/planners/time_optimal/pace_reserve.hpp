@@ -6,8 +6,8 @@
 // What is kept back of a speed is for friction that falls at once, which shows only when the car has begun to run wide.
 // The longer a car needs to slow down to what it then can, the wider it runs meanwhile, and that time grows with speed.
 // The less friction is believed, the less is left to lose; until it is trusted, r is 1. Laps are solved for mu_lo at
-// least: where less is believed, b = sqrt(mu / mu_lo) of them is driven; else b is 1, also where no more than mu_lo is
-// planned for to be sure of it.
+// least: where less is believed, b = sqrt(mu / mu_lo) of their speeds is driven; else b is 1, also where less than
+// mu_lo is planned for to be sure of it.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/planning/planner_context.hpp"
+#include "common/planning/planned_friction.hpp"
 #include "planners/time_optimal/lap_parameters.hpp"
 
 namespace gripline::time_optimal {
@@ -27,13 +27,15 @@ class PaceReserve {
   /// the friction that they are planned for, whose root they follow.
   PaceReserve(const LapParams& params, double top) : k_(params) { check(top); }
 
-  /// What is planned for, what is believed, and whether that is trusted.
+  /// What is planned for, what is believed where that is less than laps are solved for, and whether it is trusted.
   void set(double mu, double believed, bool trusted) {
     reserve_ = trusted ? at(mu) : 1.0;
     below_ = planning::speed_share(believed, k_.mu_lo);
   }
   /// The share of a planned speed [m/s] that is driven.
-  double pace(double v) const { return below_ * with(reserve_, v); }
+  double pace(double v) const { return below_ * kept(v); }
+  /// What the reserve leaves of it: of the friction that there is, its square is used.
+  double kept(double v) const { return with(reserve_, v); }
 
  private:
   /// Mean of the fall from mu to a friction drawn from N(pace_friction, pace_spread^2), over mu; rises are none.

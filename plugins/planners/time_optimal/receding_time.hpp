@@ -126,7 +126,7 @@ class RecedingTime final : public LapPlanner {
   static double learner_doubts(const Car& car) { return 1.5 * car.v_ref / gravity; }
   /// Whether the car has left its plan, now or a moment ago.
   bool is_astray() const { return astray_for_ > 0; }
-  /// Once per control step: the car has left its plan where it is much faster than that beside it or runs wide of it. A
+  /// Once per step in which a plan may begin at the car, which has left its plan where it is much faster than that beside it or runs wide of it. A
   /// plan that began at the car is as fast as the car, beyond `pace`: until the car has slowed down to what is asked of
   /// it, only one that is faster than that plan itself is too fast for it. A car that joins the line, recovers, drives
   /// slowly or slides far off its heading is led by its own path.

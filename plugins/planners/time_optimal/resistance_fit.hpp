@@ -1,9 +1,9 @@
 // Learns rolling + drag v^2, the deceleration that the nominal model lacks, from what the car did.
 //
 //   y = straight - (vx' - vy omega + Ff sin(delta) / m + g sin(grade)),   straight: the nominal model's vx' at no slip
-//   (rolling, drag) minimise  sum_i retain^(now - i) (y_i - rolling - drag v_i^2)^2 / noise^2 + prior
+//   (rolling, drag) minimise  sum_i retain^((t - t_i) / 20 ms) (y_i - rolling - drag v_i^2)^2 / noise^2 + prior
 //
-// with `retain` for the control step: the memory is 20 s whatever that is.
+// a memory of 20 s, whatever the control step is.
 //
 // A planner is told the learned tyres (TyreCurve) but not the rest of what its stack learned; this is the rest it
 // needs.
@@ -47,7 +47,7 @@ class ResistanceFit {
  private:
   static constexpr double noise = 1.0;             // of one step's y [m/s2]
   static constexpr double spread = 0.3 * gravity;  // of the prior, both parts [m/s2]
-  static constexpr double retain = 0.999;          // of what was seen, after
+  static constexpr double retain = 0.999;          // share of what was seen that counts after retain_time
   static constexpr double retain_time = 0.02;      // [s]
 
   void add(double y, double v, double retained) {

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <gripline/plugin.hpp>
 
+#include "common/planning/planned_friction.hpp"
 #include "planners/time_optimal/adaptive_laps.hpp"
 #include "planners/time_optimal/lap_library.hpp"
 #include "planners/time_optimal/lap_planner.hpp"

@@ -103,8 +103,25 @@ TEST_F(RecedingTimeTest, FollowsTheFrictionThatIsBelievedWithoutAllocating) {
 /// Laps are solved for `mu_lo` at least. Friction below that is driven at the root of its share.
 TEST_F(RecedingTimeTest, DrivesMoreSlowlyBelowTheLeastFrictionThatItExpects) {
   const Changes least{{"mu_lo", 0.6}};
-  const std::vector<double> expected = asked(0.6, least), below = asked(0.3, least);
+  const std::vector<double> expected = asked(0.6, least);
+  const double planned_slip = horizon_[1].beta;
+  const std::vector<double> below = asked(0.3, least);
   for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(below[i], std::sqrt(0.5) * expected[i], 1e-4) << i;
+  // Half of the force at half of the friction slips as far.
+  EXPECT_NEAR(horizon_[1].beta, planned_slip, 1e-4);
+}
+
+TEST_F(RecedingTimeTest, WhatIsDrivenBelowTheLeastFrictionRisesAsSlowlyAsAPlan) {
+  const auto planner = make(mobil_, {{"spacing", 0.1}, {"mu_lo", 0.6}, {"start", 0.9}, {"factor", 1.0}, {"rise", 0.1}});
+  start(*planner);
+  const auto speed_asked = [&](double mu) {
+    planner->plan(now_, believe(mu), nullptr, horizon_);
+    return horizon_[1].v;
+  };
+  const double slow = speed_asked(0.3);
+  EXPECT_LT(speed_asked(1.0), 1.02 * slow);
+  for (int i = 0; i < 100; ++i) speed_asked(1.0);
+  EXPECT_GT(speed_asked(1.0), 1.2 * slow);  // 2 s later 0.5 is driven
 }
 
 /// `pace` less `pace_fall` times the planned speed is the share of it that is driven.
