@@ -11,7 +11,7 @@
 #include "config/json_file.hpp"
 #include "plugin/registry.hpp"
 #include "support/paths.hpp"
-#include "util/csv_writer.hpp"
+#include "util/whole_file.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline::blind {

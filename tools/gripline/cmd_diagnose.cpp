@@ -14,12 +14,13 @@
 #include "diagnose/result/report_data.hpp"
 #include "diagnose/scoring/scorecard.hpp"
 #include "experiment/out_folder.hpp"
+#include "experiment/result_files.hpp"
 #include "gripline/command.hpp"
 #include "gripline/diagnose_real.hpp"
-#include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -78,13 +79,13 @@ int score(const fs::path& cases, const fs::path& out, const Registry& registry) 
   if (StopSignal::seen()) std::cerr << "interrupted: " << tried << " of " << folders.size() << " cases are diagnosed\n";
   if (!scores.empty()) {
     fs::create_directories(out);
-    write_file(out / "score.csv", diagnose::score_csv(scores));
+    write_file(out / result_files::score, diagnose::score_csv(scores));
     const std::string card = diagnose::scorecard(scores);
-    write_file(out / "scorecard.txt", card);
+    write_file(out / result_files::scorecard, card);
     std::cout << card;
     if (scores.size() < folders.size())
       std::cout << scores.size() << " of " << folders.size() << " cases are in these figures\n";
-    std::cout << "scores: " << (out / "score.csv").string() << '\n';
+    std::cout << "scores: " << (out / result_files::score).string() << '\n';
   }
   if (StopSignal::seen()) return run_broke;
   return failed.empty() ? good : bad_input;
@@ -180,11 +181,11 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
   std::string names;
   for (const std::string& file : options.logs)
     names += (names.empty() ? "" : ", ") + fs::path(file).filename().string();
-  write_file(options.out / "diagnosis_report.json",
+  write_file(options.out / result_files::diagnosis_report,
              to_json_text(diagnose::report_data(d, diagnoser, names, options.world.filename().string(),
                                                 diagnose::world_patch(d, diagnoser, world))));
-  std::cout << "\ndiagnosis: " << (options.out / "diagnosis.json").string()
-            << "\nworld with what was found: " << (options.out / "augmented_world.json").string() << '\n';
+  std::cout << "\ndiagnosis: " << (options.out / result_files::diagnosis).string()
+            << "\nworld with what was found: " << (options.out / result_files::augmented_world).string() << '\n';
   if (!report_results(options.out)) return run_broke;
   const bool decided = d.verdict == diagnose::Verdict::named || d.verdict == diagnose::Verdict::nothing_missing;
   return decided ? good : claim_failed;

@@ -11,8 +11,8 @@
 #include "exports/wide_csv.hpp"
 #include "gripline/command.hpp"
 #include "report/report.hpp"
-#include "util/csv_writer.hpp"
 #include "util/progress.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;

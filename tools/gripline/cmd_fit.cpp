@@ -17,10 +17,10 @@
 #include "measured/gripline_log.hpp"
 #include "measured/session_health.hpp"
 #include "measured/steady_turning.hpp"
-#include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;

@@ -19,7 +19,7 @@
 #include "measured/gripline_log.hpp"
 #include "measured/log_guess.hpp"
 #include "measured/session_health.hpp"
-#include "util/csv_writer.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;

@@ -18,8 +18,8 @@
 #include "geometry/track_file.hpp"
 #include "gripline/command.hpp"
 #include "gripline/track_picture.hpp"
-#include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
+#include "util/whole_file.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline::tools {

@@ -9,10 +9,11 @@
 #include "diagnose/real_logs/real_sessions.hpp"
 #include "diagnose/real_logs/real_tables.hpp"
 #include "experiment/out_folder.hpp"
+#include "experiment/result_files.hpp"
 #include "gripline/command.hpp"
-#include "util/csv_writer.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::tools {
 namespace {
@@ -63,9 +64,9 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   const Diagnosis d = real_diagnosis(found, delays, corners);
   print_real(d, found, corners);
   write_real_diagnosis(asked.out, d, found, corners);
-  std::cout << "\ndiagnosis: " << (asked.out / "diagnosis.json").string()
-            << "\nworld with what was found: " << (asked.out / "augmented_world.json").string() << '\n';
-  write_file(asked.out / "diagnosis_report.json", to_json_text(real_report(d, asked.world, registry, files)));
+  std::cout << "\ndiagnosis: " << (asked.out / result_files::diagnosis).string()
+            << "\nworld with what was found: " << (asked.out / result_files::augmented_world).string() << '\n';
+  write_file(asked.out / result_files::diagnosis_report, to_json_text(real_report(d, asked.world, registry, files)));
   if (!report_results(asked.out)) return run_broke;
   return is_answer(d, found) ? good : claim_failed;
 }

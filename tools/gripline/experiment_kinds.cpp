@@ -36,14 +36,9 @@ void refuse_only(const ExperimentRequest& request) {
 }
 
 const ExperimentKind& kind_of_experiment(const Node& tree) {
-  const Node* const kind = tree.find("kind");
-  if (kind == nullptr || kind->is_null()) return kinds[0];
   std::vector<std::string> names;
   for (const ExperimentKind& one : kinds) names.emplace_back(one.name);
-  Errors errors;
-  const std::size_t index = read_choice(*kind, names, errors);
-  errors.throw_if_any();
-  return kinds[index];
+  return kinds[read_kind(tree, names)];
 }
 
 std::unique_ptr<Experiment> read_experiment(const std::filesystem::path& file, std::span<const std::string> assignments,

@@ -16,7 +16,7 @@ namespace gripline::tools {
 /// What was asked for on the command line.
 struct ExperimentRequest {
   std::filesystem::path out;
-  std::vector<std::string> only;  // rows of a race; empty: all
+  std::vector<std::string> only;  // rows of a race, or cases of diagnose; empty: all
   bool force = false;             // replaces another experiment's results
   // Of races only; other kinds refuse them (refuse_race_options).
   int jobs = 1;

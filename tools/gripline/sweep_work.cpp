@@ -1,6 +1,5 @@
 #include "gripline/sweep_work.hpp"
 
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>

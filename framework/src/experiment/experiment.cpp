@@ -134,6 +134,15 @@ std::string experiment_kind(const Node& tree) {
   return kind != nullptr && kind->is_text() ? kind->text() : "race";
 }
 
+std::size_t read_kind(const Node& tree, const std::vector<std::string>& names) {
+  const Node* const kind = tree.find("kind");
+  if (kind == nullptr || kind->is_null()) return 0;
+  Errors errors;
+  const std::size_t index = read_choice(*kind, names, errors);
+  errors.throw_if_any();
+  return index;
+}
+
 RaceSpec read_race(const std::filesystem::path& file, Node tree, const Registry& registry) {
   RaceSpec race;
   race.name = file.stem().string();

@@ -22,6 +22,8 @@ void assign_in_experiment(Node& tree, const std::string& assignment);
 
 /// The "kind" of a loaded tree; "race" when it says none. Which there are: tools/gripline/experiment_kinds.cpp.
 std::string experiment_kind(const Node& tree);
+/// Which of these kinds an experiment is; the first where it says none. Throws InputError for another.
+std::size_t read_kind(const Node& tree, const std::vector<std::string>& names);
 
 inline constexpr std::int64_t largest_seed = 1'000'000'000;
 /// The "seeds" of an experiment, {"first", "count"}: ascending.

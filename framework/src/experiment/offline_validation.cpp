@@ -102,7 +102,7 @@ OfflineSpec read_offline(const Node& tree, const Registry& registry) {
     if (errors.empty()) check_alike(train, test, errors);
     spec.train = std::move(train.spec);
     spec.test = std::move(test.spec);
-    spec.seed = static_cast<std::uint64_t>(r.integer("seed", {0, 1'000'000'000}, 1));
+    spec.seed = static_cast<std::uint64_t>(r.integer("seed", {0, largest_seed}, 1));
     Node driver(Node::Object{}, child_of(tree.origin, "driver"));
     if (const Node* model = r.require("model", "a vehicle model"); model != nullptr) driver.set("model", *model);
     if (const Node* roles = r.require("driver", "a planner and a controller"); roles != nullptr && roles->is_object())

@@ -119,7 +119,7 @@ void remove_part(const fs::path& folder) {
   const auto is_recording = [&](const fs::path& place) {
     return fs::exists(place / run_files::steps, failed) && fs::exists(place / run_files::tyres, failed);
   };
-  const bool diagnosed = fs::exists(folder / "diagnosis.json", failed), recording = is_recording(folder);
+  const bool diagnosed = fs::exists(folder / result_files::diagnosis, failed), recording = is_recording(folder);
   std::vector<fs::path> runs, parts;
   for (const auto& entry : fs::directory_iterator(folder, failed)) {
     if (!entry.is_directory(failed) || entry.is_symlink(failed)) continue;

@@ -17,7 +17,7 @@
 namespace gripline {
 
 /// One process at a time writes into a folder: an flock on OUT/.lock, released by the destructor or with the process.
-/// The file says which it is: machine, number and start of the process.
+/// The file says which it is: number and start of the process, and its machine.
 /// Where its owner is left by an exception and a folder that this process made (made_folders.hpp) holds nothing but the
 /// marker, the marker goes too, so that the folder can be removed.
 class OutLock {

@@ -1,5 +1,6 @@
 // The names of the files in a folder of results, beside those of its runs (race/run_files.hpp): what --force removes.
-// Whoever writes one of them and may know this component takes its name from here, so that none is forgotten.
+// Whoever may know this component takes them from here, so that none is forgotten; the components report,
+// diagnose/result and diagnose/real_logs may not.
 #pragma once
 
 #include <array>
@@ -26,10 +27,20 @@ inline constexpr const char* samples = "samples.csv";
 inline constexpr const char* fitted = "fitted.json";
 inline constexpr const char* measured = "measured.json";
 
-inline constexpr std::array all = {scene, claims, provenance, track, runs, table, pairs, validation, validation_traces,
-                                   errors, ablation, parameters, samples, fitted, measured,
-                                   // Written by the components report and diagnose.
-                                   "report.html", "diagnosis.json", "diagnosis_report.json", "augmented_world.json",
-                                   "diagnoses.csv", "nominal_world.json", "score.csv", "scorecard.txt"};
+// Of diagnoses.
+inline constexpr const char* diagnosis = "diagnosis.json";
+inline constexpr const char* diagnosis_report = "diagnosis_report.json";
+inline constexpr const char* augmented_world = "augmented_world.json";
+inline constexpr const char* diagnoses = "diagnoses.csv";
+inline constexpr const char* nominal_world = "nominal_world.json";
+inline constexpr const char* score = "score.csv";
+inline constexpr const char* scorecard = "scorecard.txt";
+
+// clang-format off
+inline constexpr std::array all = {
+    scene, claims, provenance, track, runs, table, pairs, validation, validation_traces, errors, ablation, parameters,
+    samples, fitted, measured, diagnosis, diagnosis_report, augmented_world, diagnoses, nominal_world, score, scorecard,
+    "report.html"};
+// clang-format on
 
 }  // namespace gripline::result_files

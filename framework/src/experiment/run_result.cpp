@@ -11,9 +11,9 @@
 #include "config/json_file.hpp"
 #include "race/run_files.hpp"
 #include "util/csv.hpp"
-#include "util/csv_writer.hpp"
 #include "util/file_stamp.hpp"
 #include "util/statistics.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline {
 namespace fs = std::filesystem;

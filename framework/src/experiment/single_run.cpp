@@ -17,9 +17,9 @@
 #include "race/assembly.hpp"
 #include "race/run_files.hpp"
 #include "util/child_process.hpp"
-#include "util/csv_writer.hpp"
 #include "util/disk.hpp"
 #include "util/process_state.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline {
 namespace fs = std::filesystem;

@@ -9,9 +9,9 @@
 #include "config/node.hpp"
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
-#include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline {
 

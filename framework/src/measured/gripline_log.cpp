@@ -6,9 +6,9 @@
 
 #include "measured/bridged_readings.hpp"
 #include "measured/session_health.hpp"
-#include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::measured {
 namespace {

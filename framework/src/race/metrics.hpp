@@ -49,7 +49,7 @@ class Metrics {
   /// there has driven the step, and the lap that ended in it.
   void step();
   /// After step(), what the stack decided there.
-  void decision(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency = 0.0);
+  void decision(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency);
   double mu_true() const;
   RunSummary summary(Status status, std::string message) const;
 

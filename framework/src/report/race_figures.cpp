@@ -254,7 +254,7 @@ std::vector<FigureFile> tyre_curves(const std::vector<RunSeries>& runs) {
       truth.x = curve.slip;
       truth.y = curve.truth;
       truth.dash = "2 3";
-      truth.label = "true, then";
+      truth.label = "true";
       truth.width = 2.2;
       if (panel.series.empty()) panel.series.push_back(std::move(truth));
       panel.series.push_back(line_of(d, curve.slip, curve.learned));

@@ -8,7 +8,7 @@
 #include "report/measured_page.hpp"
 #include "report/page.hpp"
 #include "report/sweep_page.hpp"
-#include "util/csv_writer.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::report {
 namespace {

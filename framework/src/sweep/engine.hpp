@@ -43,9 +43,6 @@ class Engine {
   /// Starts a batch; engines that work here return when it is over. `submission` is filled in as jobs are made, and
   /// `keep` is called after each, so that no job is lost sight of. Throws std::runtime_error when it cannot be started.
   virtual void submit(const Batch& batch, Submission& submission, const std::function<void()>& keep) = 0;
-  virtual EngineState status(const Submission& submission) = 0;
-  /// Ends what waits and what runs. Finished records stay.
-  virtual void cancel(const Submission& submission) = 0;
 };
 
 /// How a task ended: its exit code.

@@ -66,14 +66,13 @@ Grouping group_levels(const std::vector<std::string>& levels) {
   return grouping;
 }
 
-/// Interval of the median by order statistics: ranks n/2 -+ 0.98 sqrt(n), the normal approximation of the binomial.
-MedianInterval rank_interval(std::vector<double> values) {
+/// Interval of the median of many values by order statistics: ranks n/2 - 0.98 sqrt(n) and, as far from the other end,
+/// 1 + n/2 + 0.98 sqrt(n), counted from 1, by the normal approximation of the binomial.
+MedianInterval rank_interval(const std::vector<double>& values) {
   const auto n = static_cast<double>(values.size());
   const double half = 0.98 * std::sqrt(n);
-  const auto rank = [&](double at) { return static_cast<std::size_t>(std::clamp(at, 0.0, n - 1)); };
-  // Numbered from 0, so that both ends are as far from theirs.
-  return {order_statistic(values, rank(std::floor(n / 2 - half))),
-          order_statistic(values, rank(std::ceil(n / 2 + half) - 1.0))};
+  return {order_statistic(values, static_cast<std::size_t>(std::floor(n / 2 - half)) - 1),
+          order_statistic(values, static_cast<std::size_t>(std::ceil(n / 2 + half)))};
 }
 
 MedianInterval interval_of(const std::vector<double>& values) {
@@ -103,7 +102,7 @@ struct Sample {
 Sample sample_of(const Table& table, std::size_t response, bool repeats = false) {
   Sample sample;
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const double value = table.valid(response, row);
+    const double value = table.counted(response, row);
     if (!std::isfinite(value) || (table.repeats[row] && !repeats)) continue;
     sample.rows.push_back(row);
     sample.values.push_back(value);
@@ -296,7 +295,7 @@ Node lines_node(const Table& table, const std::vector<std::size_t>& varying, con
     for (const std::size_t factor : varying) line.emplace_back(static_cast<double>(table.level[factor][row]));
     for (std::size_t r = 0; r < std::min(most_axes, statistics.responses.size()); ++r) {
       const auto found = std::find(table.responses.begin(), table.responses.end(), statistics.responses[r].name);
-      line.push_back(number_or_null(table.valid(static_cast<std::size_t>(found - table.responses.begin()), row)));
+      line.push_back(number_or_null(table.counted(static_cast<std::size_t>(found - table.responses.begin()), row)));
     }
     lines.emplace_back(std::move(line));
   }

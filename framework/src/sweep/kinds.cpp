@@ -3,7 +3,6 @@
 #include <atomic>
 #include <charconv>
 #include <cmath>
-#include <stdexcept>
 
 #include "calibrate/measured_kind/measured_experiment.hpp"
 #include "config/errors.hpp"
@@ -106,14 +105,9 @@ constexpr SweptKind kinds[] = {
 }  // namespace
 
 const SweptKind& kind_of(const Node& tree) {
-  const Node* const kind = tree.find("kind");
-  if (kind == nullptr || kind->is_null()) return kinds[0];
   std::vector<std::string> names;
   for (const SweptKind& one : kinds) names.emplace_back(one.name);
-  Errors errors;
-  const std::size_t index = read_choice(*kind, names, errors);
-  errors.throw_if_any();
-  return kinds[index];
+  return kinds[read_kind(tree, names)];
 }
 
 const SweptKind& kind_named(std::string_view name) {

@@ -32,7 +32,7 @@ const SweptKind& kind_of(const Node& tree);
 /// Throws InputError when there is none of that name.
 const SweptKind& kind_named(std::string_view name);
 
-/// Limits and places of runs.
+/// Limits of a run.
 struct RunLimits {
   double timeout_s = 0;       // 0: from the world of a race, else an hour without a word
   std::size_t memory_mb = 0;  // 0: none

@@ -154,7 +154,6 @@ std::string LocalEngine::plan(const Batch& batch) const {
 
 void LocalEngine::submit(const Batch& batch, Submission& submission, const std::function<void()>& keep) {
   submission.engine = "local";
-  submission.jobs = {std::to_string(getpid())};
   keep();
   const StopSignal stop(StopSignal::Reaction::note);
   Workers workers(batch, open_);
@@ -173,13 +172,5 @@ void LocalEngine::submit(const Batch& batch, Submission& submission, const std::
   interrupted_ = StopSignal::seen();
   workers.stop();
 }
-
-EngineState LocalEngine::status(const Submission& submission) {
-  EngineState state;
-  state.message = "engine local" + (submission.jobs.empty() ? "" : ", process " + submission.jobs.front());
-  return state;
-}
-
-void LocalEngine::cancel(const Submission&) {}
 
 }  // namespace gripline::sweep

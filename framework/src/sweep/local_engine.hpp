@@ -23,8 +23,6 @@ class LocalEngine final : public Engine {
   std::string plan(const Batch& batch) const override;
   void submit(const Batch& batch, Submission& submission, const std::function<void()>& keep) override;
   /// Nothing is left when submit() has returned.
-  EngineState status(const Submission& submission) override;
-  void cancel(const Submission& submission) override;
   /// Whether a signal ended the last batch.
   bool interrupted() const { return interrupted_; }
 

@@ -134,7 +134,7 @@ void write_table(const fs::path& out, const Table& table, const std::vector<RowH
 
 }  // namespace
 
-double Table::valid(std::size_t response, std::size_t row) const {
+double Table::counted(std::size_t response, std::size_t row) const {
   return broken[row] && responses[response] != "finished" ? not_a_number : value[response][row];
 }
 

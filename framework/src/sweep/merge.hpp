@@ -30,7 +30,7 @@ struct Table {
   std::vector<std::vector<double>> value;         // by response and row, NaN where there is none
   std::size_t rows() const { return seed.size(); }
   /// A value that counts: what a run that broke had done until then says nothing but that it did not finish.
-  double valid(std::size_t response, std::size_t row) const;
+  double counted(std::size_t response, std::size_t row) const;
 };
 
 /// Writes OUT/table.csv (one row per run that has a record: equal bytes however and wherever the runs were made),

@@ -13,7 +13,7 @@
 #include <stdexcept>
 
 #include "config/errors.hpp"
-#include "util/csv_writer.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::sweep {
 namespace fs = std::filesystem;

@@ -25,8 +25,9 @@ class SlurmEngine final : public Engine {
   explicit SlurmEngine(SlurmOptions options) : options_(std::move(options)) {}
   std::string plan(const Batch& batch) const override;
   void submit(const Batch& batch, Submission& submission, const std::function<void()>& keep) override;
-  EngineState status(const Submission& submission) override;
-  void cancel(const Submission& submission) override;
+  EngineState status(const Submission& submission);
+  /// Ends what waits and what runs. Finished records stay.
+  void cancel(const Submission& submission);
 
  private:
   std::vector<std::string> common_arguments(const Batch& batch) const;

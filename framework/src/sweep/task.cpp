@@ -63,7 +63,7 @@ Record Worker::try_run(const RunAt& run) {
 int Worker::keep(Attempt attempt, std::size_t index, const std::string& key) const {
   Record& record = attempt.record;
   record.key = key;
-  settle_files(attempt.files, key);
+  settle_files(attempt.files, attempt.cut_off ? "" : key);
   if (attempt.cut_off) {
     std::cerr << "run " << index << ": " << harmless(record.message) << '\n';
     store_.note_missing(key, record.message);

@@ -21,7 +21,7 @@ struct MedianInterval {
 /// same values give the same interval. No value may be NaN.
 /// Of few values it covers the true median less often than 95 %. For odd numbers of values without ties this is exact,
 /// whatever their distribution: 7 87.5 %, 9 96.1 %, 11 93.5 %, 13 90.8 %, 15 88.2 %, 17 95.1 %, 19 93.6 %, 21 92.2 %,
-/// and 92.0 to 95.9 % from 23 to 51. Even numbers from 6 to 30 cover 91 to 95 % of normal and exponential samples.
+/// and 92.0 to 95.9 % from 23 to 51.
 MedianInterval bootstrap_median_interval(std::vector<double> values);
 
 /// Probability under "plus is as likely as minus" of signs at least as one-sided as these: the exact two-sided sign

@@ -8,7 +8,7 @@
 #include "experiment/single_run.hpp"
 #include "support/host_support.hpp"
 #include "support/power_loss.hpp"
-#include "util/csv_writer.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline {
 namespace test_power_loss {

@@ -44,7 +44,7 @@ class Drive {
   void step(const Input& u, const Belief& mu = {}, std::span<const LinePoint> line = {}, bool solved = true) {
     world_.advance(u);
     metrics_.step();
-    metrics_.decision({nullptr, mu, nullptr}, line, solved);
+    metrics_.decision({nullptr, mu, nullptr}, line, solved, 0.0);
   }
   /// Keeps to the centre line.
   Input follow(double speed) const {

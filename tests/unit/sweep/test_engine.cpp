@@ -53,8 +53,6 @@ class FakeEngine final : public Engine {
     std::shuffle(late.begin(), late.end(), random_);
     for (const std::size_t task : late) work(batch, task, -1);
   }
-  EngineState status(const Submission&) override { return {}; }
-  void cancel(const Submission&) override {}
   int lost = 0, repeated = 0, killed = 0;
 
  private:

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "config/json_file.hpp"
 #include "support/sweep_rig.hpp"
@@ -133,6 +135,39 @@ TEST_F(Repeats, PairsCountWhereOneOfTheTwoDiffers) {
   });
   EXPECT_EQ(lap.runs, 11u);
   EXPECT_DOUBLE_EQ(lap.best.at(1).p, 2.0 / 1024.0);
+}
+
+/// The k-th smallest and the k-th largest of n values enclose the median unless fewer than k of them are below or above:
+/// with a probability of 1 - 2 P(B < k), B binomial with n and 1/2.
+double coverage(int n, int k) {
+  double tail = 0.0;
+  for (int below = 0; below < k; ++below)
+    tail += std::exp(std::lgamma(n + 1.0) - std::lgamma(below + 1.0) - std::lgamma(n - below + 1.0) -
+                     n * std::numbers::ln2);
+  return 1.0 - 2.0 * tail;
+}
+
+TEST(FactorIntervals, OfManyRunsCoverTheMedianAsStatedFromBothEndsAlike) {
+  for (const std::size_t n : {201U, 202U, 300U, 1000U}) {
+    Table table;
+    table.factors = {"/a"};
+    table.levels = {{"1", "2"}};
+    table.level.resize(1);
+    table.responses = {"lap0_s"};
+    table.value.resize(1);
+    for (std::size_t row = 0; row < 2 * n; ++row) {
+      table.level[0].push_back(row < n ? 0 : 1);
+      table.seed.push_back(row);
+      table.drive.push_back(row + 1);
+      table.value[0].push_back(static_cast<double>(row % n + 1));
+    }
+    table.repeats.assign(2 * n, false);
+    table.broken.assign(2 * n, false);
+    const LevelStatistic level = analyse(table).responses.at(0).effects.at(0).levels.at(0);
+    ASSERT_EQ(level.runs, n);
+    EXPECT_EQ(level.lo + level.hi, static_cast<double>(n + 1));
+    EXPECT_NEAR(coverage(static_cast<int>(n), static_cast<int>(level.lo)), 0.96, 0.011) << n;
+  }
 }
 
 }  // namespace test_factor_statistics

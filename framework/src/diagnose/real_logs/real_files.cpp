@@ -6,7 +6,7 @@
 #include "config/json_file.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
 #include "measured/session_health.hpp"
-#include "util/csv_writer.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::diagnose {
 namespace {

@@ -8,6 +8,7 @@
 #include "diagnose/result/diagnosis_files.hpp"
 #include "diagnose/result/report_data.hpp"
 #include "experiment/experiment.hpp"
+#include "experiment/result_files.hpp"
 #include "plugin/plugin_cache.hpp"
 #include "race/assembly.hpp"
 #include "util/csv_cell.hpp"
@@ -140,7 +141,7 @@ Diagnosis diagnose_logs(const WorldSpec& nominal, const Registry& registry, cons
   const std::vector<LogFile> logs{read_log_file(log, expected)}, held{read_log_file(held_out, expected)};
   Diagnosis d = diagnoser.run(logs, held);
   write_diagnosis(out, d, diagnoser, nominal, world_file, std::nullopt);
-  write_file(out / "diagnosis_report.json",
+  write_file(out / result_files::diagnosis_report,
              to_json_text(report_data(d, diagnoser, log.filename().string(), world_file.filename().string(),
                                       world_patch(d, diagnoser, nominal))));
   return d;
@@ -149,14 +150,15 @@ Diagnosis diagnose_logs(const WorldSpec& nominal, const Registry& registry, cons
 /// Drives the world that was found and asks again, with that world as the nominal one: 1 when nothing is missing.
 double round_trip(const DiagnoseExperiment& e, const Registry& registry, const fs::path& folder) {
   Errors errors;
-  Node tree = load_json(folder / "augmented_world.json");
+  Node tree = load_json(folder / result_files::augmented_world);
   inline_world_files(tree);
   const WorldSpec found = read_world(tree, registry, errors);
   errors.throw_if_any();
   const fs::path again = folder / "round_trip";
   const fs::path log = drive(found, e.driver, e.seed + 100, again / "drive");
   const fs::path held = drive(found, e.other_driver, e.seed + 101, again / "held_out");
-  const Diagnosis d = diagnose_logs(found, registry, CaseOptions{}, log, held, folder / "augmented_world.json", again);
+  const Diagnosis d =
+      diagnose_logs(found, registry, CaseOptions{}, log, held, folder / result_files::augmented_world, again);
   return d.verdict == Verdict::nothing_missing ? 1.0 : 0.0;
 }
 
@@ -165,7 +167,8 @@ CaseOutcome run_case(const DiagnoseExperiment& e, const HiddenCase& one, const R
   const fs::path folder = out / one.name;
   const fs::path log = drive(one.world, e.driver, e.seed, folder / "drive");
   const fs::path held = drive(one.world, e.other_driver, e.seed + 1, folder / "held_out");
-  const Diagnosis d = diagnose_logs(e.nominal, registry, e.options, log, held, out / "nominal_world.json", folder);
+  const Diagnosis d =
+      diagnose_logs(e.nominal, registry, e.options, log, held, out / result_files::nominal_world, folder);
   CaseOutcome outcome = outcome_of(one.name, one.truth, d);
   if (one.round_trip) outcome.values.emplace_back("round_trip", round_trip(e, registry, folder));
   return outcome;
@@ -233,12 +236,12 @@ DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& regist
   DiagnoseOutcome outcome;
   fs::create_directories(out);
   // What augmented worlds extend: the nominal world with everything it names in its place.
-  write_file(out / "nominal_world.json", to_json_text(e.nominal_tree));
+  write_file(out / result_files::nominal_world, to_json_text(e.nominal_tree));
   for (const HiddenCase& one : e.cases) {
     if (progress) progress(static_cast<double>(outcome.cases.size()), e.cases.size(), one.name);
     outcome.cases.push_back(run_case(e, one, registry, out));
   }
-  write_file(out / "diagnoses.csv", outcome_csv(outcome));
+  write_file(out / result_files::diagnoses, outcome_csv(outcome));
   for (const Claim& claim : e.claims) {
     if (is_left_out(claim.left, outcome) || is_left_out(claim.right, outcome)) {
       ClaimResult& skipped = outcome.claims.emplace_back();
