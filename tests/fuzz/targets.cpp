@@ -25,6 +25,7 @@
 #include "experiment/claims.hpp"
 #include "geometry/track_file.hpp"
 #include "gripline/validate_file.hpp"
+#include "measured/centre_of_gravity.hpp"
 #include "measured/gripline_log.hpp"
 #include "measured/log_file.hpp"
 #include "measured/log_guess.hpp"

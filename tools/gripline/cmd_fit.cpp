@@ -14,7 +14,7 @@
 #include "config/shipped.hpp"
 #include "gripline/command.hpp"
 #include "gripline/log_options.hpp"
-#include "measured/gripline_log.hpp"
+#include "measured/centre_of_gravity.hpp"
 #include "measured/session_health.hpp"
 #include "measured/steady_turning.hpp"
 #include "util/numbers.hpp"

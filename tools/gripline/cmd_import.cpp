@@ -15,6 +15,7 @@
 #include "config/errors.hpp"
 #include "gripline/command.hpp"
 #include "gripline/import_bag.hpp"
+#include "measured/centre_of_gravity.hpp"
 #include "measured/delimited_table.hpp"
 #include "measured/gripline_log.hpp"
 #include "measured/log_guess.hpp"

@@ -1,7 +1,6 @@
 // A session as a log in gripline's own columns: SI units, centre of gravity, one clock.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -10,17 +9,10 @@
 
 namespace gripline::measured {
 
-/// Upper quartile of the speed while it moves [m/s].
-double typical_speed(const Session& session);
-
-/// The session as sensors at the centre of gravity would show it: without the map's frames, each channel read its
-/// group's delay [s] after the row's time.
-Session at_centre_of_gravity(const SessionFile& file, const std::array<double, delay_groups>& delays = {});
-
 /// Writes t_s and those of x_m, y_m, yaw_rad, vx_mps, vy_mps, yaw_rate_radps, d, delta_rad that the session has, a row
 /// for each of its rows. Delays of the map, or those found where it says "find", are removed (a channel is read at the
-/// row's time plus its delay), and so are the map's frames: the columns are
-/// those of the centre of gravity. Returns what was done, one sentence each.
+/// row's time plus its delay), and so are the map's frames: the columns are those of the centre of gravity. Returns what
+/// was done, one sentence each.
 std::vector<std::string> write_gripline_log(const std::filesystem::path& file, const SessionFile& session,
                                             const LogMap& map);
 

@@ -5,7 +5,7 @@
 
 #include "config/errors.hpp"
 #include "measured/bridged_readings.hpp"
-#include "measured/gripline_log.hpp"
+#include "measured/centre_of_gravity.hpp"
 #include "measured/held_readings.hpp"
 #include "measured/session_file.hpp"
 #include "measured/unit_checks.hpp"

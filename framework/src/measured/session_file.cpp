@@ -37,10 +37,10 @@ class SessionReader {
     read_time();
     for (std::size_t s = 0; s < source_count; ++s)
       if (map_.channel[s]) read_source(static_cast<Source>(s), *map_.channel[s]);
+    clean_places();
     check_needed();
     apply_valid();
     place_from_degrees();
-    drop_placeholders();
     derive();
     drop_rows_before_commands();
     out_.session.written_yaw = of(Source::yaw).empty() ? Values(row_.size(), not_a_number) : of(Source::yaw);
@@ -162,9 +162,24 @@ class SessionReader {
       note(info.name, "no number in its column", "taken for absent");
       return;
     }
-    if (!channel.held || channel.command) return;
-    note(info.name, std::to_string(drop_held(out_.session.t, to)) + " rows hold the value before",
+    if (channel.held && !channel.command && source != Source::x && source != Source::y) drop_repeats(source);
+  }
+  void drop_repeats(Source source) {
+    note(source_info(source).name,
+         std::to_string(drop_held(out_.session.t, of(source))) + " rows hold the value before",
          "read when it is new, or stays for longer than usual");
+  }
+  /// A place has two coordinates: one without the other is none.
+  void drop_half_places() {
+    for (const auto& [one, other] : {std::pair(Source::x, Source::y), {Source::latitude, Source::longitude}})
+      if (has(one) != has(other)) of(one).clear(), of(other).clear();
+  }
+  /// Placeholders repeat, and are told by that: before repeated readings are dropped.
+  void clean_places() {
+    drop_half_places();
+    drop_placeholders();
+    for (const Source source : {Source::x, Source::y})
+      if (has(source) && map_.channel[static_cast<std::size_t>(source)]->held) drop_repeats(source);
   }
 
   Values& of(Source source) { return values_[static_cast<std::size_t>(source)]; }
@@ -242,6 +257,7 @@ class SessionReader {
                                   table_.file, line, out_.findings);
     of(Source::x) = std::move(places.x);
     of(Source::y) = std::move(places.y);
+    drop_placeholders();
   }
 
   /// Course and speed from the places of this row and the last one that had one: nothing later is looked at.

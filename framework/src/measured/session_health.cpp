@@ -7,9 +7,9 @@
 #include <span>
 #include <string>
 
+#include "measured/centre_of_gravity.hpp"
 #include "measured/displacement_lag.hpp"
 #include "measured/fine_delay.hpp"
-#include "measured/gripline_log.hpp"
 #include "measured/held_readings.hpp"
 #include "measured/noise.hpp"
 #include "util/numbers.hpp"

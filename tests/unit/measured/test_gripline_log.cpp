@@ -1,3 +1,4 @@
+#include "measured/centre_of_gravity.hpp"
 #include "measured/gripline_log.hpp"
 
 #include <gtest/gtest.h>

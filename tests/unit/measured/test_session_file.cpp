@@ -431,10 +431,28 @@ TEST(SessionFile, PlaceholdersBeforeTheFirstFixAreLeftOut) {
                             out << t << ',' << (fixed ? x : -9999) << ',' << (fixed ? y : -9999) << ',' << yaw << ",10,"
                                 << rate << ',' << delta << '\n';
                           });
-  const SessionFile file = read_session(log, map_of(channels_json("")));
-  EXPECT_TRUE(std::isnan(file.session.at(99, Channel::x)));
-  EXPECT_FALSE(std::isnan(file.session.at(100, Channel::x)));
-  EXPECT_THAT(notes_of(file), HasSubstr("place: 100 rows at the beginning show -9999, -9999, far from the rest"));
+  for (const char* hold : {"", R"(, "hold": "held")"}) {
+    const SessionFile file = read_session(log, map_of(std::string(R"({"time": "t", "channels": {
+      "x": {"column": "px")") + hold + R"(}, "y": {"column": "py")" +
+                                                      hold + R"(}, "yaw": "psi", "vx": "v",
+      "yaw_rate": "r", "delta": "steer"}})"));
+    EXPECT_TRUE(std::isnan(file.session.at(0, Channel::x)));
+    EXPECT_TRUE(std::isnan(file.session.at(99, Channel::x)));
+    EXPECT_FALSE(std::isnan(file.session.at(100, Channel::x)));
+    EXPECT_THAT(notes_of(file), HasSubstr("place: 100 rows at the beginning show -9999, -9999, far from the rest"));
+  }
+}
+
+TEST(SessionFile, ALatitudeWithoutALongitudeIsNoPlace) {
+  const auto log = log_of("t,lat,lon,v,r,steer",
+                          [](std::ostream& out, double t, double, double y, double, double rate, double delta) {
+                            out << t << ',' << 48.0 + 1e-5 * y << ",,10," << rate << ',' << delta << '\n';
+                          });
+  const SessionFile file = read_session(log, map_of(R"({"time": "t", "channels": {"latitude": "lat",
+    "longitude": "lon", "vx": "v", "yaw_rate": "r", "delta": "steer"}})"));
+  EXPECT_FALSE(file.session.has[Channel::x]);
+  EXPECT_FALSE(file.session.has[Channel::y]);
+  EXPECT_THAT(notes_of(file), HasSubstr("no number in its column"));
 }
 
 }  // namespace test_session_file

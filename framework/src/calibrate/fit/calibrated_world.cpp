@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "config/json_file.hpp"
-#include "measured/gripline_log.hpp"
+#include "measured/centre_of_gravity.hpp"
 #include "measured/session_health.hpp"
 #include "util/statistics.hpp"
 

@@ -129,7 +129,8 @@ std::vector<Unknown> fix_undetermined(FitResult& result, std::span<const Unknown
     const Unknown& u = unknowns[i];
     auto status = FittedParameter::Status::determined;
     const bool bound = at_bound(u, result.params[u.index]);
-    const bool moved = result.params[u.index] != u.prior;  // there, which only the logs can do
+    const double began = rest.empty() ? u.prior : rest[u.index];
+    const bool moved = result.params[u.index] != began;  // there, which only the logs can do
     if (!u.observer && bound && (moved || intervals[i].learned >= learned_enough))
       status = FittedParameter::Status::at_bound;
     else if (!u.observer && intervals[i].learned < learned_enough)

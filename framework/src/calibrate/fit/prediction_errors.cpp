@@ -49,8 +49,10 @@ Readings readings_of(const Session& s, std::size_t channel) {
   std::vector<double> steps;
   for (std::size_t i = 0; i < s.rows(); ++i) {
     if (std::isnan(s.at(i, channel))) continue;
-    if (steps.empty() && std::isinf(out.first)) out.first = s.t[i];
-    if (s.t[i] > out.first) steps.push_back(s.t[i] - out.last);
+    if (std::isinf(out.first))
+      out.first = s.t[i];
+    else
+      steps.push_back(s.t[i] - out.last);
     out.last = s.t[i];
   }
   out.bridged = 1.5 * std::min(upper_median(std::move(steps), 0.0), measured::even_motion);

@@ -94,8 +94,8 @@ void Lanes<T>::start(std::size_t lane) {
     if (i >= s_.session.rows()) i = 0;
     i = std::min(i, last);
     while (i > 0 && std::isnan(s_.session.at(i, c))) --i;
-    // A pose or speed that was not read yet, as the heading of a car that stands, begins where it will: not at 0. No
-    // start before that reading is judged by it.
+    // A pose or speed that was not read yet, as the heading of a car that stands, begins where it will: not at 0. That
+    // channel judges no start before its first reading.
     if (c <= measured::Channel::vx && s_.session.has[c])
       while (i < last && std::isnan(s_.session.at(i, c))) ++i;
     const double y = s_.session.at(i, c);
@@ -268,7 +268,7 @@ void Lanes<T>::correct(double h) {
     const Seen& seen = due ? see(lane, h) : nothing_seen_;
     if (due) take_up(lane);
     if (!moves(seen, rest)) {  // as along all of a prediction
-      follow_when_slow(lane, h, seen, {});
+      follow_when_slow(lane, h, nothing_seen_, {});
       std::fill_n(rest, pending_size, T(0));
       continue;
     }
@@ -321,8 +321,9 @@ void Lanes<T>::take_up(std::size_t lane) {
     if (!fresh[c]) continue;
     row[c] = z[c];
     seen_.last[c] = T(0);
-    for (Sums* const sums : {&seen_.now, &seen_.later}) sums->innovation[c] = sums->weight[c] = T(0);
-    rest[c] = rest[channels + c] = T(0);
+    for (Sums* const sums : {&seen_.now, &seen_.later})
+      sums->innovation[c] = sums->weight[c] = sums->inverse_square[c] = T(0);
+    rest[c] = rest[channels + c] = rest[2 * channels + c] = T(0);
   }
 }
 

@@ -63,6 +63,7 @@ Catalogue::Catalogue(const VehicleSpec& nominal, const Car& car, const Registry&
     if (delays && own_looks_back()) continue;
     c.dynamic = c.effect->memory() > 0 || delays;
     if (!c.dynamic) c.shapes = shape_parameters(c);
+    if (c.shapes.size() == c.fitted.size()) c.shapes.clear();  // none of them has a strength to shape
     while (std::ranges::count(c.shapes, c.strength) > 0) ++c.strength;
     candidates_.push_back(std::move(c));
   }

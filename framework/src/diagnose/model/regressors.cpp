@@ -209,7 +209,7 @@ class CandidateProbe {
       regressors.push_back(secant());
       return;
     }
-    if (!candidate_.shapes.empty() && candidate_.shapes.size() < slots_.size()) {
+    if (!candidate_.shapes.empty()) {
       scan_shape(regressors, starts);
       return;
     }

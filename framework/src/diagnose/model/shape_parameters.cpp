@@ -2,8 +2,8 @@
 
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstdint>
+#include <random>
 #include <utility>
 
 #include "car/instant.hpp"
@@ -15,17 +15,13 @@ namespace {
 using QuantityBits = std::array<std::uint64_t, sizeof(Quantities<double>) / sizeof(double)>;
 using ReadingBits = std::array<std::uint64_t, sizeof(Reading<double>) / sizeof(double)>;
 
-/// Numbers between -1 and 1 that fill the range evenly: multiples of the golden ratio, modulo 1 (a Weyl sequence).
-class EvenNumbers {
+/// Numbers between -1 and 1, the same ones each time.
+class Numbers {
  public:
-  double next() {
-    at_ += 0.6180339887498949;
-    at_ -= std::floor(at_);
-    return 2.0 * at_ - 1.0;
-  }
+  double next() { return 2.0 * static_cast<double>(random_()) / static_cast<double>(std::mt19937::max()) - 1.0; }
 
  private:
-  double at_ = 0;
+  std::mt19937 random_{1};
 };
 
 /// A car somewhere on a lap, at some motion and under some commands.
@@ -37,7 +33,7 @@ struct SomeInstant {
 };
 
 /// With quantities of either sign, or all positive, as masses and forces of real cars are.
-SomeInstant instant(EvenNumbers& numbers, double lap_fraction, bool positive) {
+SomeInstant instant(Numbers& numbers, double lap_fraction, bool positive) {
   std::array<double, sizeof(Quantities<double>) / sizeof(double)> quantities;
   for (double& one : quantities) one = positive ? 0.5 * (1.1 + numbers.next()) : numbers.next();
   SomeInstant out;
@@ -73,7 +69,7 @@ std::vector<std::size_t> shape_parameters(const Candidate& c) {
   std::vector<double> neutral = c.defaults;
   for (std::size_t f = 0; f < c.fitted.size(); ++f) neutral[c.fitted[f]] = c.decl(f).neutral;
   std::vector<bool> acts(c.fitted.size(), false);
-  EvenNumbers numbers;
+  Numbers numbers;
   for (int k = 0; k < count; ++k) {
     const SomeInstant here = instant(numbers, static_cast<double>(k) / count, k % 2 == 0);
     const auto before = applied(*c.effect, neutral, here);

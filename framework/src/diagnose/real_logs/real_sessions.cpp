@@ -4,7 +4,7 @@
 #include <array>
 
 #include "config/errors.hpp"
-#include "measured/gripline_log.hpp"
+#include "measured/centre_of_gravity.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {

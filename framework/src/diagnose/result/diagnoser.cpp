@@ -438,7 +438,7 @@ std::vector<DetectionLimit> Diagnoser::detection_limits(SearchResult& found) con
   const double needed = 2.0 * (thresholds::single_gain + problem_.penalty_per_parameter());
   for (const CandidateRegressors& group : s.groups) {
     const Candidate& c = catalogue_.candidates()[group.candidate];
-    // Of several parameters, or several places, the one that shows least.
+    // Of several parameters, or several places, of those that show in this log the one that shows least.
     DetectionLimit limit{c.id, c.decl(c.strength).name, c.decl(c.strength).unit, not_a_number};
     for (std::size_t i = 0; i < group.count; ++i) {
       const abi::ParamDecl& p = c.decl(group.starts.empty() && group.count == c.fitted.size() ? i : c.strength);

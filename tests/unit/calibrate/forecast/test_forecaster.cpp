@@ -472,6 +472,29 @@ TEST(Forecaster, AfterALongTimeWithoutAPlaceTheNextReadingIsTaken) {
   EXPECT_LT(worst(s, starts, predicted, 0), 0.1);
 }
 
+/// A receiver that writes rows of its own, beside those of the wheels: its first fix comes while the car stands.
+TEST(Forecaster, AParkedCarIsWhereItsFirstFixShowsIt) {
+  const CalibrateRig rig;
+  Session s;
+  s.has.fill(true);
+  for (int i = 0; i < 400; ++i) {
+    s.t.push_back(0.02 * i);
+    const bool fix = i > 200 && i % 10 == 0;
+    for (const double v : {30.0, 40.0, 0.5}) s.reading.push_back(fix ? v : not_a_number);
+    for (int c = 0; c < 3; ++c) s.reading.push_back(fix ? not_a_number : 0.0);
+    s.command.push_back({0.0, 0.0});
+    s.written_yaw.push_back(fix ? 0.5 : not_a_number);
+  }
+  Starts starts;
+  starts.horizons = {0.1};
+  for (int i = 211; i < 219; ++i) starts.time.push_back(s.t[static_cast<std::size_t>(i)]);
+  const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  for (std::size_t k = 0; k < predicted.size(); k += channels) {
+    EXPECT_NEAR(predicted[k], 30.0, 1e-3);
+    EXPECT_NEAR(predicted[k + 1], 40.0, 1e-3);
+  }
+}
+
 TEST(Forecaster, StepsNeedNotBeEqual) {
   const CalibrateRig rig;
   const Session even = drive(rig.vehicle.car(), {.seconds = 20, .dt = 0.01});

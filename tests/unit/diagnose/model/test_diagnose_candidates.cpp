@@ -23,22 +23,6 @@ TEST(Catalogue, HoldsEffectsThatCanBeFitted) {
   EXPECT_FALSE(catalogue.candidates()[catalogue.find("aero_drag")].dynamic);
 }
 
-/// What a patch does nothing of while it has no depth is its place and width; a knot of a profile along the lap acts
-/// alone.
-TEST(Catalogue, KnowsWhichParametersOnlyShapeAnEffect) {
-  const DiagnoseRig rig;
-  const auto candidate = [&](const char* id) -> const Candidate& {
-    return rig.catalogue().candidates()[rig.catalogue().find(id)];
-  };
-  const Candidate& patch = candidate("friction_patch");
-  EXPECT_STREQ(patch.decl(patch.strength).name, "k");
-  ASSERT_EQ(patch.shapes.size(), 2U);
-  EXPECT_STREQ(patch.decl(patch.shapes[0]).name, "s0");
-  EXPECT_STREQ(patch.decl(patch.shapes[1]).name, "w");
-  for (const char* id : {"bank", "grade", "aero_drag", "brake_gain", "vx_bias", "pose_lever", "wind", "plane_tilt"})
-    EXPECT_TRUE(candidate(id).shapes.empty()) << id;
-}
-
 /// A delay puts the command of some time ago in place of what acts: it stands before the offset that the world has, or
 /// it would undo it.
 TEST(Catalogue, MembersStandAmongTheWorldsOwnEffects) {
