@@ -129,8 +129,9 @@ std::vector<Unknown> fix_undetermined(FitResult& result, std::span<const Unknown
     const Unknown& u = unknowns[i];
     auto status = FittedParameter::Status::determined;
     const bool bound = at_bound(u, result.params[u.index]);
-    const double began = rest.empty() ? u.prior : rest[u.index];
-    const bool moved = result.params[u.index] != began;  // there, which only the logs can do
+    const double value = rest.empty() ? u.prior : rest[u.index];
+    // There, which only the logs can do: neither where the fit began nor where the prior draws it.
+    const bool moved = result.params[u.index] != value && result.params[u.index] != u.prior;
     if (!u.observer && bound && (moved || intervals[i].learned >= learned_enough))
       status = FittedParameter::Status::at_bound;
     else if (!u.observer && intervals[i].learned < learned_enough)
@@ -143,11 +144,18 @@ std::vector<Unknown> fix_undetermined(FitResult& result, std::span<const Unknown
       result.parameters.push_back({u, result.params[u.index], intervals[i], status});
       continue;
     }
-    const double value = rest.empty() ? u.prior : rest[u.index];
     assign(result.params, u, value);
     result.parameters.push_back({u, value, interval_of_prior(u, value, intervals[i]), status});
   }
   return kept;
+}
+
+/// The unknowns that are fitted, and behind them those that are not determined: what is not known of these, the values of
+/// the others depend on, and their intervals say so.
+std::vector<Unknown> with_undetermined(std::vector<Unknown> fitted, std::span<const FittedParameter> fixed) {
+  for (const FittedParameter& p : fixed)
+    if (p.status == FittedParameter::Status::undetermined) fitted.push_back(p.unknown);
+  return fitted;
 }
 
 constexpr double start_spacing = 0.1;  // [s] between starts at least
@@ -268,9 +276,10 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
     full.iterations = round == 0 ? options.iterations / 3 : 2 * options.iterations / 3;
     result.params = least_squares(errors, free_unknowns, result.params, full, result.cost_after);
     if (round == 0) continue;  // scales were those of the search
-    const BlockedNormalEquations blocks = errors.linearise(result.params, free_unknowns);
+    const std::vector<Unknown> uncertain = with_undetermined(free_unknowns, result.parameters);
+    const BlockedNormalEquations blocks = errors.linearise(result.params, uncertain);
     result.dropped = blocks.dropped;
-    boot = bootstrap(blocks, result.params, free_unknowns, options.seed);
+    boot = bootstrap(blocks, result.params, uncertain, options.seed);
     if (round > 1) continue;
     posterior_moves = boot.posterior_moves;
     free_unknowns =

@@ -30,10 +30,10 @@ constexpr const char* unknowns = R"({"unknowns": {
 
 /// A log of a car of which four things differ from the world's.
 struct Bench {
-  explicit Bench(const char* chosen = "", double noise = 0.5, double seconds = 40)
+  explicit Bench(const char* chosen = "", double noise = 0.5, double seconds = 40, const char* patch = unknowns)
       : truth(small_car_world(R"({"plant": {"params": {"Bf": 6, "Dr": 7, "Cm1": 14},
                                             "effects": [{"plugin": "steer_offset", "params": {"d0": 0.02}}]}})")),
-        rig(merge(small_car_world(), testing_support::json(unknowns))) {
+        rig(merge(small_car_world(), testing_support::json(patch))) {
     files.emplace_back();
     files.back().session = drive(truth.vehicle.car(), {.seconds = seconds, .noise = noise, .delay = {0, 0, 0, 0.15}});
     options.slowest = 0.5;
@@ -120,6 +120,26 @@ TEST(Fit, WhatTheLogDoesNotTellMayStayWhereTheFitBegins) {
   EXPECT_EQ(result.params[p->unknown.index], begin);
   EXPECT_EQ(p->unknown.prior, begin - 1e-9);
   EXPECT_NEAR(p->interval.high - begin, 1.96e-9, 1e-12);
+}
+
+TEST(Fit, IntervalsAreAsWideAsWhatIsNotDeterminedLeavesThem) {
+  // Of two offsets the log tells the sum. One is known to 2 mrad before and stays at its prior, so the other is known to
+  // 2 mrad at best.
+  Bench bench("", 0.5, 40, R"({
+    "plant": {"effects": [{"plugin": "steer_offset", "params": {"d0": 0}},
+                          {"plugin": "steer_offset", "params": {"d0": 0}}]},
+    "unknowns": {"/plant/params/Bf": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+                 "/plant/params/Dr": {"group": "tyres", "sigma": 0.5, "scale": "log"},
+                 "/plant/params/Cm1": {"group": "drive", "sigma": 0.5, "scale": "log"},
+                 "/plant/effects/1/params/d0": {"group": "steer", "sigma": "2 mrad"},
+                 "/plant/effects/0/params/d0": {"group": "steer", "sigma": "20 mrad"}}})");
+  const FitResult result = bench.run();
+  EXPECT_EQ(find(result, "/plant/effects/1/params/d0")->status, FittedParameter::Status::undetermined);
+  const FittedParameter* const p = find(result, "/plant/effects/0/params/d0");
+  ASSERT_EQ(p->status, FittedParameter::Status::determined);
+  EXPECT_NEAR(p->value, 0.02, 0.003);
+  EXPECT_GT(p->interval.high - p->value, 1.9 * 2e-3);
+  EXPECT_LT(p->interval.high - p->value, 4 * 2e-3);
 }
 
 TEST(Fit, FrictionIsHardlyKnownWhereNoTyreSlides) {
