@@ -546,6 +546,7 @@ int main(int argc, char** argv) {
   std::string out, only;
   std::uint64_t seed = 1;
   std::size_t count = 10;
+  bool wrong = false;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     const bool more = i + 1 < argc;
@@ -555,10 +556,12 @@ int main(int argc, char** argv) {
       count = std::stoul(argv[++i]);
     else if (word == "--only" && more)
       only = std::string(",") + argv[++i] + ",";
+    else if (word.starts_with('-') || !out.empty())
+      wrong = true;
     else
       out = word;
   }
-  if (out.empty()) {
+  if (out.empty() || wrong) {
     std::cerr << "independent_cases OUT [--seed N] [--count N] [--only CONDITIONS]\n";
     return 2;
   }

@@ -1,7 +1,6 @@
 #include "gripline/experiment_kinds.hpp"
 
 #include "config/errors.hpp"
-#include "config/reader.hpp"
 #include "experiment/experiment.hpp"
 
 namespace gripline::tools {

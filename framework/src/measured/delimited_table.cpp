@@ -362,8 +362,8 @@ struct Reader {
                   "no header line of " + std::to_string(shape.cells) +
                       " names above the first row of numbers; expected the names of the columns",
                   lines[first].number);
-    // Lines of a preamble may be as long, but name fewer things; a row of units stands below the header. A comment right
-    // above the rows holds units where most of it are some, else it is the header.
+    // Lines of a preamble may be as long, but name fewer things; a row of units stands below the header. A comment
+    // right above the rows holds units where most of it are some, else it is the header.
     const bool comment = above.back().comment, units = comment && above.size() > 1 && is_row_of_units(above.back());
     const auto header = comment && !units
                             ? above.end() - 1

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "measured/placeholder_places.hpp"
 #include "measured/refuse_file.hpp"
 #include "util/numbers.hpp"
 
@@ -31,6 +32,17 @@ void drop_places_without_fix(EarthPlaces& places, std::vector<Finding>& findings
   if (dropped > 0)
     note(findings, "place", std::to_string(dropped) + " rows have the latitude and longitude 0, 0",
          "taken for missing: the receiver had no fix");
+}
+
+/// The plane lies where the car is, not where the receiver was the day before.
+void drop_places_of_before(EarthPlaces& places, std::vector<Finding>& findings) {
+  const PlaceholderPlaces dropped = drop_placeholder_places(places.t, places.latitude, places.longitude);
+  if (dropped.rows == 0) return;
+  constexpr double degree = pi / 180.0;
+  note(findings, "place",
+       std::to_string(dropped.rows) + " rows at the beginning show the latitude and longitude " +
+           significant(dropped.x / degree, 6) + ", " + significant(dropped.y / degree, 6) + " deg, far from the rest",
+       "taken for missing: there was no fix yet");
 }
 
 /// Maps and tables often leave the unit out.
@@ -69,6 +81,7 @@ PlanePlaces on_plane(EarthPlaces places, const std::filesystem::path& file, std:
   drop_places_without_fix(places, findings);
   take_for_degrees(places, findings);
   check_latitudes(places, file, line);
+  drop_places_of_before(places, findings);
   const std::vector<double>&lat = places.latitude, &lon = places.longitude;
   std::size_t first = 0;
   while (first < lat.size() && std::isnan(lat[first] + lon[first])) ++first;

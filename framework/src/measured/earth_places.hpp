@@ -13,13 +13,15 @@ namespace gripline::measured {
 struct EarthPlaces {
   std::vector<double> latitude, longitude;  // [rad], or in a unit that nobody said
   bool latitude_unit_is_known = false, longitude_unit_is_known = false;
+  std::span<const double> t = {};  // times of the rows [s]
 };
 struct PlanePlaces {
   std::vector<double> x, y;  // [m] to the east and to the north of the first place
 };
 
-/// Local tangent plane at the first place on the WGS 84 ellipsoid. 0, 0 is no place; angles whose unit is not known and
-/// that no radians can be are degrees; `findings` says so. `file` and its lines, one for each row, are for messages.
+/// Local tangent plane at the first place on the WGS 84 ellipsoid. 0, 0 is no place, nor is what stands there before
+/// the first fix (placeholder_places.hpp); angles whose unit is not known and that no radians can be are degrees;
+/// `findings` says so. `file` and its lines, one for each row, are for messages.
 /// Throws InputError: no place at all, a latitude beyond a pole.
 PlanePlaces on_plane(EarthPlaces places, const std::filesystem::path& file, std::span<const int> line,
                      std::vector<Finding>& findings);

@@ -7,7 +7,6 @@
 #include "measured/centre_of_gravity.hpp"
 #include "measured/session_health.hpp"
 #include "util/numbers.hpp"
-#include "util/statistics.hpp"
 #include "util/whole_file.hpp"
 
 namespace gripline::measured {

@@ -37,10 +37,10 @@ class SessionReader {
     read_time();
     for (std::size_t s = 0; s < source_count; ++s)
       if (map_.channel[s]) read_source(static_cast<Source>(s), *map_.channel[s]);
-    clean_places();
+    drop_half_places();
     check_needed();
     apply_valid();
-    place_from_degrees();
+    find_places();
     derive();
     drop_rows_before_commands();
     out_.session.written_yaw = of(Source::yaw).empty() ? Values(row_.size(), not_a_number) : of(Source::yaw);
@@ -162,7 +162,7 @@ class SessionReader {
       note(info.name, "no number in its column", "taken for absent");
       return;
     }
-    if (channel.held && !channel.command && source != Source::x && source != Source::y) drop_repeats(source);
+    if (channel.held && !channel.command && !is_place(source)) drop_repeats(source);
   }
   void drop_repeats(Source source) {
     note(source_info(source).name,
@@ -174,12 +174,18 @@ class SessionReader {
     for (const auto& [one, other] : {std::pair(Source::x, Source::y), {Source::latitude, Source::longitude}})
       if (has(one) != has(other)) of(one).clear(), of(other).clear();
   }
+  static bool is_place(Source source) {
+    return source == Source::x || source == Source::y || source == Source::latitude || source == Source::longitude;
+  }
   /// Placeholders repeat, and are told by that: before repeated readings are dropped.
-  void clean_places() {
-    drop_half_places();
-    drop_placeholders();
-    for (const Source source : {Source::x, Source::y})
-      if (has(source) && map_.channel[static_cast<std::size_t>(source)]->held) drop_repeats(source);
+  void find_places() {
+    const bool on_earth = has(Source::latitude) && !has(Source::x);
+    if (on_earth) place_from_degrees();
+    if (!has(Source::x)) return;
+    if (!on_earth) drop_placeholders();
+    for (const auto& [to, from] : {std::pair(Source::x, on_earth ? Source::longitude : Source::x),
+                                   {Source::y, on_earth ? Source::latitude : Source::y}})
+      if (map_.channel[static_cast<std::size_t>(from)]->held) drop_repeats(to);
   }
 
   Values& of(Source source) { return values_[static_cast<std::size_t>(source)]; }
@@ -237,7 +243,6 @@ class SessionReader {
   }
 
   void drop_placeholders() {
-    if (!has(Source::x) || !has(Source::y)) return;
     const PlaceholderPlaces dropped = drop_placeholder_places(out_.session.t, of(Source::x), of(Source::y));
     if (dropped.rows > 0)
       note("place",
@@ -247,17 +252,16 @@ class SessionReader {
   }
 
   void place_from_degrees() {
-    if (!has(Source::latitude) || has(Source::x)) return;
     std::vector<int> line;
     for (const std::size_t r : row_) line.push_back(table_.line[r]);
     PlanePlaces places = on_plane({.latitude = of(Source::latitude),
                                    .longitude = of(Source::longitude),
                                    .latitude_unit_is_known = has_unit(Source::latitude),
-                                   .longitude_unit_is_known = has_unit(Source::longitude)},
+                                   .longitude_unit_is_known = has_unit(Source::longitude),
+                                   .t = out_.session.t},
                                   table_.file, line, out_.findings);
     of(Source::x) = std::move(places.x);
     of(Source::y) = std::move(places.y);
-    drop_placeholders();
   }
 
   /// Course and speed from the places of this row and the last one that had one: nothing later is looked at.

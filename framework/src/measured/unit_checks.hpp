@@ -1,4 +1,5 @@
-// What checks of units share: the usual ratio of two channels, and which wrong unit makes a speed so many times another.
+// What checks of units share: the usual ratio of two channels, and which wrong unit makes a speed so many times
+// another.
 #pragma once
 
 #include <algorithm>
@@ -40,8 +41,8 @@ double usual_ratio(const Windows& windows, Top top, Bottom bottom, std::size_t f
   return ratios.size() < fewest ? not_a_number : upper_median(ratios, not_a_number);
 }
 
-/// A unit that was taken for the right one makes the speed that is read this many times that of the place. No wider: the
-/// advice is followed, and what is left of the error may pass.
+/// A unit that was taken for the right one makes the speed that is read this many times that of the place. No wider:
+/// the advice is followed, and what is left of the error may pass.
 struct WrongUnit {
   double low, high;
   bool of_place;     // else of the speed

@@ -30,9 +30,9 @@ struct YawRateOffset {
 /// if anything, too large.
 ///
 /// Not so for what many stretches have in common: an offset that drifts or differs from log to log, and a scale of the
-/// yaw rate that is off, which shows as that share of the mean turn. Of four logs or more the same variance with logs in
-/// place of stretches is taken where it is larger; the spread of fewer logs is itself hardly known, and nothing of this
-/// is seen.
+/// yaw rate that is off, which shows as that share of the mean turn. Of four logs or more the same variance with logs
+/// in place of stretches is taken where it is larger; the spread of fewer logs is itself hardly known, and nothing of
+/// this is seen.
 std::optional<YawRateOffset> yaw_rate_offset(std::span<const Session* const> sessions);
 
 }  // namespace gripline::measured

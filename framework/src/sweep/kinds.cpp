@@ -6,7 +6,6 @@
 
 #include "calibrate/measured_kind/measured_experiment.hpp"
 #include "config/errors.hpp"
-#include "config/reader.hpp"
 #include "diagnose/scoring/diagnose_experiment.hpp"
 #include "experiment/experiment.hpp"
 #include "experiment/force_validation.hpp"

@@ -22,7 +22,6 @@ class LocalEngine final : public Engine {
 
   std::string plan(const Batch& batch) const override;
   void submit(const Batch& batch, Submission& submission, const std::function<void()>& keep) override;
-  /// Nothing is left when submit() has returned.
   /// Whether a signal ended the last batch.
   bool interrupted() const { return interrupted_; }
 

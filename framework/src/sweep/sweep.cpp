@@ -237,6 +237,18 @@ bool is_half_planned(const fs::path& out) {
   return line.size() == key_line - 1 && line.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
+/// Of the file that key() reads, whatever stands at its path by now, and of any size.
+std::string hash_of_open_file(int handle) {
+  Sha256 hash;
+  std::string block(std::size_t{1} << 16U, '\0');
+  for (off_t place = 0;;) {
+    const ssize_t got = pread(handle, block.data(), block.size(), place);
+    if (got <= 0) return hash.hex();  // what cannot be read is not the file that was written
+    hash.add({block.data(), static_cast<std::size_t>(got)});
+    place += got;
+  }
+}
+
 /// What a sweep is called in what it prints: its experiments, or of many the first and how many more there are.
 std::string name_of(const std::vector<Part>& parts) {
   constexpr std::size_t most = 3;
@@ -363,7 +375,7 @@ KeyFile::KeyFile(const fs::path& out, const Sweep& sweep)
   const off_t bytes = lseek(in_.handle, 0, SEEK_END);
   size_ = bytes > 0 ? static_cast<std::size_t>(bytes) / key_line : 0;
   const bool known = !sweep.keys_sha256.empty();  // folders of older versions have no hash
-  if (size_ != sweep.size() || (known && sha256_of_file(file_) != sweep.keys_sha256))
+  if (size_ != sweep.size() || (known && hash_of_open_file(in_.handle) != sweep.keys_sha256))
     throw InputError(file_.string() + " has other keys than " + manifest_name +
                      " was written with; plan the sweep again");
 }

@@ -75,8 +75,8 @@ inline bool beside_line(const ClosedLine& line, double s, double x, double y) {
 class LineFollower {
  public:
   /// Station of the foot on the line of a car that faces `yaw`, searched near the last one. A car further from it than
-  /// the road is wide, or whose foot jumped by twice that, is on another stretch if it is between the edges there; a car
-  /// that left the road stays beside the stretch where it did, however near others are.
+  /// the road is wide, or whose foot jumped by twice that, is on another stretch if it is between the edges there; a
+  /// car that left the road stays beside the stretch where it did, however near others are.
   double locate(const ClosedLine& line, double x, double y, double yaw) {
     if (std::isnan(hint_)) return hint_ = line.project_facing(x, y, yaw).s;
     const ClosedLine::Foot foot = line.project(x, y, hint_);

@@ -9,12 +9,12 @@
 // Inside the bounds vx' = -k vx - g sin(grade) |vx| / slow - Fres / m, which is 0 at rest and stable where k exceeds
 // g |sin(grade)| / slow: a car whose brakes are stronger than the slope, up to 19 degrees, comes to rest and stays
 // there, where a force that only rises with speed would let it creep downhill. Forwards and faster than slow and B /
-// (m hold), 0.2 m/s for 8 m/s2, Fd = brake d. k is what explicit methods and solvers can bear: along the car steps of at
-// most 2 / (hold + g |sin(grade)| / slow + rolling / (m crawl)) are stable, on the flat 48 ms for the full-size car and
-// 19 ms for the 1:43 car of worlds/cars (what effects add to rolling counts too); and a plan that ends at rest still
-// converges where brakes are weak. Across, tyres at rest are as stiff as at `crawl`: steps of 20 ms need substeps there.
-// Slopes and forces that effects of Stage::body add are not known here: a car held against an acceleration a creeps at
-// a / k.
+// (m hold), 0.2 m/s for 8 m/s2, Fd = brake d. k is what explicit methods and solvers can bear: along the car steps of
+// at most 2 / (hold + g |sin(grade)| / slow + rolling / (m crawl)) are stable, on the flat 48 ms for the full-size car
+// and 19 ms for the 1:43 car of worlds/cars (what effects add to rolling counts too); and a plan that ends at rest
+// still converges where brakes are weak. Across, tyres at rest are as stiff as at `crawl`: steps of 20 ms need substeps
+// there. Slopes and forces that effects of Stage::body add are not known here: a car held against an acceleration a
+// creeps at a / k.
 //
 // The front wheels of a car that rolls backwards point, seen along its motion, to the other side: with the velocity vyf
 // of the front axle to the left,

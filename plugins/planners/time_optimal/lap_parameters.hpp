@@ -33,7 +33,7 @@ constexpr auto lap_parameters() {
       number("sigma", &P::sigma, "1", {0, 10},
              "standard deviations that the planned friction stays below the estimate"),
       number("start", &P::start, "1", {0.05, 2}, "planned over initially believed friction until it is trusted"),
-      number("rise", &P::rise, "1/s", {0, 100}, "fastest rise of the planned friction"),
+      number("rise", &P::rise, "1/s", {0, 100}, "fastest rise of the friction that is planned for or driven"),
       number("pace", &P::pace, "1", {0.05, 2}, "factor on planned speeds"),
       number("pace_fall", &P::pace_fall, "s/m", {0, 0.1}, "by which that factor falls per m/s of the planned speed"),
       number("pace_kept", &P::pace_kept, "1", {0, 1},

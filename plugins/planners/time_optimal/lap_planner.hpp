@@ -4,8 +4,8 @@
 //   mu_plan = factor (mu - sigma sigma_mu), rising by at most `rise` per second; start mu_init until mu is trusted
 //   v_driven = pace' v,   pace' of pace_reserve.hpp
 //
-// Laps are solved for mu_lo at least. A plan for less, to be sure of what is believed, is a lap for mu_lo; where less is
-// believed, that lap is driven more slowly.
+// Laps are solved for mu_lo at least. A plan for less, to be sure of what is believed, is a lap for mu_lo; where less
+// is believed, that lap is driven more slowly.
 #pragma once
 
 #include <algorithm>
@@ -90,6 +90,9 @@ class LapPlanner : public SpeedPlanner {
   virtual void update(const CarBelief* learned, const Observation& now) = 0;
   /// May replace what is believed here, its friction's deviation included, by what is believed of the road ahead.
   virtual void see(const Observation& /*now*/, AxleTyres& /*tyres*/, double& /*spread*/) {}
+  /// Friction of the road where `believed` is believed below the car: in a slippery place that is known, and until the
+  /// belief has come back behind it, that of the road around it, as laps know the place.
+  virtual double road_friction(double believed) const { return believed; }
   /// Friction below the car over that which is planned for.
   virtual double grip_here() const { return 1.0; }
   /// Friction expected at a station of the base line over that believed below the car.
@@ -132,11 +135,10 @@ class LapPlanner : public SpeedPlanner {
     if (belief.trusted) see(now, tyres, spread);
     relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
     const double start = k_.start * mu_init_;
-    // In a slippery place that is known, of the road around it: laps know the place.
-    const double believed = belief.trusted ? total_mu(belief, car_) / grip_here() : start;
+    const double believed = belief.trusted ? road_friction(total_mu(belief, car_)) : start;
     low_mu_ = std::min({believed, k_.mu_lo, low_mu_ + k_.rise * dt_});
     approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : start);
-    reserve_.set(mu_plan_, low_mu_, belief.trusted);
+    reserve_.set(mu_plan_, {.driven = low_mu_, .there = believed}, belief.trusted);
     const bool replan = belief.trusted && learned != nullptr && k_.replan;
     if (replan && before_) resistance_.learn(*before_, now, dt_, front, car_, *nominal_);
     before_ = now;

@@ -20,15 +20,15 @@ double LapReferences::gain(double v) const {
   return from_car_speed_ ? std::max(0.0, from_.setup->full_throttle(v, step_.resistance)) : 1e9;
 }
 
-/// The sideslip angle at the pace that is driven. A car that keeps something back of its plan needs less side force, and
-/// slips less: as far as its rear tyres say, in a steady turn. One that is slower since there is less friction than the
-/// plan is for slips as far as planned.
+/// The sideslip angle at the pace that is driven. A car that keeps something back of the friction that there is needs
+/// less side force, and slips less: as far as its rear tyres say, in a steady turn. One that is slower since there is
+/// less friction than the plan is for slips as far as planned.
 double LapReferences::sideslip(const PlanPoint& p) const {
-  const double pace = from_.reserve->kept(p.v);
-  if (pace >= 1.0) return p.beta;
+  const double use = from_.reserve->use_of_friction(p.v);
+  if (use >= 1.0) return p.beta;
   const MagicFormula& rear = step_.rear;
   const double turn = car_.lr * p.kappa, slip = turn - p.beta;
-  const double force = pace * pace * rear.force(std::min(std::abs(slip), rear.slip(0.999 * rear.D)));
+  const double force = use * use * rear.force(std::min(std::abs(slip), rear.slip(0.999 * rear.D)));
   return turn - std::copysign(std::min(rear.slip(force), std::abs(slip)), slip);
 }
 

@@ -6,8 +6,8 @@
 // What is kept back of a speed is for friction that falls at once, which shows only when the car has begun to run wide.
 // The longer a car needs to slow down to what it then can, the wider it runs meanwhile, and that time grows with speed.
 // The less friction is believed, the less is left to lose; until it is trusted, r is 1. Laps are solved for mu_lo at
-// least: where less is believed, b = sqrt(mu / mu_lo) of their speeds is driven; else b is 1, also where less than
-// mu_lo is planned for to be sure of it.
+// least: where less is believed, b = sqrt(mu / mu_lo) of their speeds is driven, mu the least friction since which it
+// could have risen no further; else b is 1, also where less than mu_lo is planned for to be sure of it.
 #pragma once
 
 #include <algorithm>
@@ -27,15 +27,22 @@ class PaceReserve {
   /// the friction that they are planned for, whose root they follow.
   PaceReserve(const LapParams& params, double top) : k_(params) { check(top); }
 
-  /// What is planned for, what is believed where that is less than laps are solved for, and whether it is trusted.
-  void set(double mu, double believed, bool trusted) {
+  /// Frictions that may be below those that laps are solved for.
+  struct Low {
+    double driven;  // rises as slowly as what is planned for
+    double there;   // that is believed
+  };
+  /// What is planned for, what is less than that, and whether it is trusted.
+  void set(double mu, const Low& low, bool trusted) {
     reserve_ = trusted ? at(mu) : 1.0;
-    below_ = planning::speed_share(believed, k_.mu_lo);
+    below_ = planning::speed_share(low.driven, k_.mu_lo);
+    rising_ = below_ / planning::speed_share(low.there, k_.mu_lo);
   }
   /// The share of a planned speed [m/s] that is driven.
-  double pace(double v) const { return below_ * kept(v); }
-  /// What the reserve leaves of it: of the friction that there is, its square is used.
-  double kept(double v) const { return with(reserve_, v); }
+  double pace(double v) const { return below_ * with(reserve_, v); }
+  /// Of the friction that there is, the square of this is used: the car drives below its limit by what it keeps back,
+  /// and where friction has risen faster than what is driven.
+  double use_of_friction(double v) const { return rising_ * with(reserve_, v); }
 
  private:
   /// Mean of the fall from mu to a friction drawn from N(pace_friction, pace_spread^2), over mu; rises are none.
@@ -71,7 +78,8 @@ class PaceReserve {
 
   LapParams k_;
   double reserve_ = 1;
-  double below_ = 1;  // share of a lap's speed that is driven at less friction than it is solved for
+  double below_ = 1;   // share of a lap's speed that is driven at less friction than it is solved for
+  double rising_ = 1;  // that share over what friction would allow now
 };
 
 }  // namespace gripline::time_optimal

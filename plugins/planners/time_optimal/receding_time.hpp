@@ -100,6 +100,9 @@ class RecedingTime final : public LapPlanner {
       spread_outside_ = spread;
     }
   }
+  double road_friction(double believed) const override {
+    return places_ && places_->holding() ? places_->mu() : believed;
+  }
   double grip_here() const override { return places_ ? places_->grip(node_) : 1.0; }
   /// The friction of the road without its places times the grip of the place ahead, over what is believed: right also
   /// on the first steps into a place, when the belief is still that of the road before it. Just behind a place no more
@@ -126,10 +129,10 @@ class RecedingTime final : public LapPlanner {
   static double learner_doubts(const Car& car) { return 1.5 * car.v_ref / gravity; }
   /// Whether the car has left its plan, now or a moment ago.
   bool is_astray() const { return astray_for_ > 0; }
-  /// Once per step in which a plan may begin at the car, which has left its plan where it is much faster than that beside it or runs wide of it. A
-  /// plan that began at the car is as fast as the car, beyond `pace`: until the car has slowed down to what is asked of
-  /// it, only one that is faster than that plan itself is too fast for it. A car that joins the line, recovers, drives
-  /// slowly or slides far off its heading is led by its own path.
+  /// Once per step in which a plan may begin at the car, which has left its plan where it is much faster than that
+  /// beside it or runs wide of it. A plan that began at the car is as fast as the car, beyond `pace`: until the car has
+  /// slowed down to what is asked of it, only one that is faster than that plan itself is too fast for it. A car that
+  /// joins the line, recovers, drives slowly or slides far off its heading is led by its own path.
   void update_astray(const State& x, double station) {
     constexpr double fast = 1.05, faster_than_plan = 1.01;  // of the speed asked for, of the planned speed
     constexpr double wide = 0.4, slow = 0.8;                // of the car's width, of the speed asked for

@@ -16,13 +16,16 @@ constexpr double deg = std::numbers::pi / 180.0;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 const std::vector<int> lines{2, 3, 4, 5, 6, 7, 8, 9};
 
-PlanePlaces plane(const EarthPlaces& places) {
-  std::vector<Finding> findings;
-  return on_plane(places, "drive.csv", lines, findings);
+const std::vector<double> times{0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7};
+
+PlanePlaces plane(EarthPlaces places, std::vector<Finding>* findings = nullptr) {
+  std::vector<Finding> unread;
+  places.t = times;
+  return on_plane(std::move(places), "drive.csv", lines, findings != nullptr ? *findings : unread);
 }
 std::vector<std::string> checks(const EarthPlaces& places) {
   std::vector<Finding> findings;
-  on_plane(places, "drive.csv", lines, findings);
+  plane(places, &findings);
   std::vector<std::string> out;
   for (const Finding& one : findings) out.push_back(one.check + ": " + one.done);
   return out;
@@ -77,6 +80,28 @@ TEST(EarthPlaces, ALatitudeBeyondAPoleIsRefusedAtItsLine) {
     EXPECT_NE(std::string(error.what()).find("97.4028 deg"), std::string::npos) << error.what();
   }
   EXPECT_THROW(plane({.latitude = {none, 0.0}, .longitude = {0.1, 0.0}}), InputError);
+}
+
+/// A receiver that shows yesterday's place until it has a fix does not say where the plane lies.
+TEST(EarthPlaces, ThePlaceOfBeforeTheFirstFixIsNone) {
+  const double step = 1e-5;
+  EarthPlaces there{.latitude = {30 * deg, 30 * deg, 30 * deg},
+                    .longitude = {8 * deg, 8 * deg, 8 * deg},
+                    .latitude_unit_is_known = true,
+                    .longitude_unit_is_known = true};
+  for (int k = 0; k < 5; ++k) {
+    there.latitude.push_back(60 * deg);
+    there.longitude.push_back((9 + k * step) * deg);
+  }
+  std::vector<Finding> findings;
+  const PlanePlaces out = plane(there, &findings);
+  EXPECT_TRUE(std::isnan(out.x[0]));
+  EXPECT_TRUE(std::isnan(out.y[2]));
+  EXPECT_EQ(out.x[3], 0.0);
+  EXPECT_NEAR(out.x[7], 4 * step * 55800.0, 0.01);  // a degree of longitude at 60 degrees
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().found,
+            "3 rows at the beginning show the latitude and longitude 30, 8 deg, far from the rest");
 }
 
 }  // namespace

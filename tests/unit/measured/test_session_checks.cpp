@@ -158,7 +158,8 @@ TEST(SessionChecks, UnitsAreJudgedInTheFramesThatTheMapStates) {
   EXPECT_THAT(why(log, map("", velocity)), HasSubstr("deg off the path"));
 }
 
-/// The weaving car with a speed that follows a throttle against drag, or, with one row in `every` of placeholders, 10 m/s.
+/// The weaving car with a speed that follows a throttle against drag, or, with one row in `every` of placeholders, 10
+/// m/s.
 std::filesystem::path pushed_log(double sign, long every = 0, double place = 0.0) {
   double v = 10.0;
   long row = 0;

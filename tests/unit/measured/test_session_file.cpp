@@ -4,10 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-
 #include <cmath>
 #include <fstream>
-#include <iomanip>
 #include <numbers>
 #include <sstream>
 
@@ -441,6 +439,38 @@ TEST(SessionFile, PlaceholdersBeforeTheFirstFixAreLeftOut) {
     EXPECT_FALSE(std::isnan(file.session.at(100, Channel::x)));
     EXPECT_THAT(notes_of(file), HasSubstr("place: 100 rows at the beginning show -9999, -9999, far from the rest"));
   }
+}
+
+TEST(SessionFile, PlaceholdersAreSeenBehindRowsThatAreNotValid) {
+  const auto log = log_of("t,px,py,psi,v,r,steer,ok", [](std::ostream& out, double t, double x, double y, double yaw,
+                                                         double rate, double delta) {
+    const bool valid = t > 1.99;
+    if (t < 4.99) x = y = valid ? -9999 : 40 * t;
+    out << t << ',' << x << ',' << y << ',' << yaw << ",10," << rate << ',' << delta << ',' << valid << '\n';
+  });
+  const SessionFile file = read_session(log, map_of(R"({"time": "t", "valid": "ok", "channels": {
+    "x": "px", "y": "py", "yaw": "psi", "vx": "v", "yaw_rate": "r", "delta": "steer"}})"));
+  for (const std::size_t row : {20u, 40u, 99u}) EXPECT_TRUE(std::isnan(file.session.at(row, Channel::x))) << row;
+  EXPECT_FALSE(std::isnan(file.session.at(100, Channel::x)));
+  EXPECT_THAT(notes_of(file), HasSubstr("place: 60 rows at the beginning show -9999, -9999, far from the rest"));
+}
+
+TEST(SessionFile, APlaceOnEarthOfBeforeTheFirstFixIsLeftOutWhereReadingsAreHeld) {
+  const auto log =
+      log_of("t,lat,lon,v,r,steer", [](std::ostream& out, double t, double, double, double, double rate, double delta) {
+        const double read = 0.2 * std::floor(5.0 * t + 1e-6);  // in every fourth row
+        const bool fixed = t > 1.99;
+        out << t << ',' << (fixed ? 48 + 1e-4 * read : 45) << ',' << (fixed ? 11 + 1e-5 * read : 10) << ",10," << rate
+            << ',' << delta << '\n';
+      });
+  const SessionFile file = read_session(log, map_of(R"({"time": "t", "channels": {
+    "latitude": {"column": "lat", "unit": "deg", "hold": "held"},
+    "longitude": {"column": "lon", "unit": "deg", "hold": "held"}, "vx": "v", "yaw_rate": "r", "delta": "steer"}})"));
+  EXPECT_THAT(notes_of(file), HasSubstr("40 rows at the beginning show the latitude and longitude 45, 10 deg"));
+  EXPECT_TRUE(std::isnan(file.session.at(0, Channel::x)));
+  EXPECT_EQ(file.session.at(40, Channel::x), 0.0);
+  EXPECT_TRUE(std::isnan(file.session.at(42, Channel::x))) << "held";
+  EXPECT_NEAR(file.session.at(44, Channel::y), 1e-4 * 0.2 * 111200.0, 0.01);
 }
 
 TEST(SessionFile, ALatitudeWithoutALongitudeIsNoPlace) {

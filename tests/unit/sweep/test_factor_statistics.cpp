@@ -137,8 +137,8 @@ TEST_F(Repeats, PairsCountWhereOneOfTheTwoDiffers) {
   EXPECT_DOUBLE_EQ(lap.best.at(1).p, 2.0 / 1024.0);
 }
 
-/// The k-th smallest and the k-th largest of n values enclose the median unless fewer than k of them are below or above:
-/// with a probability of 1 - 2 P(B < k), B binomial with n and 1/2.
+/// The k-th smallest and the k-th largest of n values enclose the median unless fewer than k of them are below or
+/// above: with a probability of 1 - 2 P(B < k), B binomial with n and 1/2.
 double coverage(int n, int k) {
   double tail = 0.0;
   for (int below = 0; below < k; ++below)

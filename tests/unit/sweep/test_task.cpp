@@ -70,10 +70,14 @@ TEST_F(Tasks, ARunWhoseFilesAreEditedMeanwhileIsRefused) {
 
 TEST_F(Tasks, OfRunsThatWereCutOffOnlyTheReasonIsKept) {
   factors({"/base/planner/params/mu=0.3,0.4"});
+  request_.keep_files = true;
   const Sweep sweep = planned();
   Worker worker(sweep, plugins(), out(), out() / "work");
-  worker.run_with([](const RunAt&) {
+  worker.run_with([&](const RunAt&) {
     Attempt attempt;
+    attempt.files = out() / "work/half";
+    std::filesystem::create_directories(attempt.files);
+    write_text(attempt.files / "log.csv", "t_s\n");
     attempt.record.status = "error";
     attempt.record.message = "its process was ended by signal 9 (Killed)";
     attempt.cut_off = true;
@@ -82,6 +86,8 @@ TEST_F(Tasks, OfRunsThatWereCutOffOnlyTheReasonIsKept) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(worker.run(*missing("out", 100), 0, [] {}), task_again);
   testing::internal::GetCapturedStderr();
+  EXPECT_FALSE(std::filesystem::exists(out() / "work/half"));
+  EXPECT_FALSE(std::filesystem::exists(out() / "files"));
   Table table;
   EXPECT_EQ(merge_records(out(), sweep, table).missing, 4u);
   EXPECT_THAT(lines(out() / "missing.csv").back(), HasSubstr("missing,its process was ended by signal 9 (Killed)"));

@@ -76,8 +76,8 @@ Unknown open_parameter(const ParameterPlace& place, double neutral);
 /// A world's tree with those effects of `found` that were added.
 Node with_effects(Node world, const WorldSpec& found, std::span<const Addition> added);
 /// Lists the parameters of what was added among a tree's unknowns, with their ranges. What the logs determine gets a
-/// width from session to session: its standard error (of the blocks drawn, few blocks widening it) times the root of the
-/// number of sessions fitted, which is how far apart the values of single sessions may lie; at most its `sigma`.
+/// width from session to session: its standard error (of the blocks drawn, few blocks widening it) times the root of
+/// the number of sessions fitted, which is how far apart the values of single sessions may lie; at most its `sigma`.
 void open_parameters(Node& world, std::span<const Addition> added, std::span<const FittedParameter> parameters,
                      std::size_t sessions);
 

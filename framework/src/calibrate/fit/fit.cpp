@@ -150,8 +150,8 @@ std::vector<Unknown> fix_undetermined(FitResult& result, std::span<const Unknown
   return kept;
 }
 
-/// The unknowns that are fitted, and behind them those that are not determined: what is not known of these, the values of
-/// the others depend on, and their intervals say so.
+/// The unknowns that are fitted, and behind them those that are not determined: what is not known of these, the values
+/// of the others depend on, and their intervals say so.
 std::vector<Unknown> with_undetermined(std::vector<Unknown> fitted, std::span<const FittedParameter> fixed) {
   for (const FittedParameter& p : fixed)
     if (p.status == FittedParameter::Status::undetermined) fitted.push_back(p.unknown);

@@ -89,16 +89,21 @@ std::vector<Eigen::VectorXd> normal_moves(const Eigen::MatrixXd& hessian, std::s
 
 /// How much more the blocks' gradients scatter than the curvature says of errors that are independent and of their
 /// usual size, over all unknowns together, at least 1: predictions that overlap err alike, and what the model lacks
-/// errs alike for seconds. The mean of tr(H^-1 V) over the unknowns, V the blocks' covariance (quasi-likelihood with a
-/// dispersion: Wedderburn, Biometrika 61, 1974).
-double dispersion(const BlockedNormalEquations& blocks, const Eigen::MatrixXd& hessian) {
+/// errs alike for seconds. tr(M^-1 V) / tr(M^-1 H), V the blocks' covariance, H the curvature and M that with the
+/// priors, so that each unknown counts by how much the blocks tell of it (quasi-likelihood with a dispersion:
+/// Wedderburn, Biometrika 61, 1974).
+double dispersion(const BlockedNormalEquations& blocks, const Eigen::MatrixXd& hessian, std::span<const double> params,
+                  std::span<const Unknown> unknowns) {
   const auto count = static_cast<double>(blocks.gradient.size());
   if (blocks.gradient.size() < 2) return 1.0;
+  Eigen::MatrixXd with_priors = hessian;
+  prior_cost(params, unknowns, &with_priors);
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(hessian.rows());
   for (const Eigen::VectorXd& g : blocks.gradient) mean += g / count;
-  double sum = 0.0;
-  for (const Eigen::VectorXd& g : blocks.gradient) sum += (g - mean).dot(solve(hessian, g - mean));
-  return std::max(1.0, sum * count / (count - 1.0) / static_cast<double>(hessian.rows()));
+  double scatter = 0.0, expected = 0.0;
+  for (const Eigen::VectorXd& g : blocks.gradient) scatter += (g - mean).dot(solve(with_priors, g - mean));
+  for (Index i = 0; i < hessian.rows(); ++i) expected += solve(with_priors, hessian.col(i))(i);
+  return expected > 0.0 ? std::max(1.0, scatter * count / (count - 1.0) / expected) : 1.0;
 }
 
 }  // namespace
@@ -203,7 +208,7 @@ Bootstrap bootstrap(const BlockedNormalEquations& blocks, std::span<const double
     for (std::size_t i = 0; i < n; ++i) move[i].push_back(steps.back()(static_cast<Index>(i)));
   }
   Sum sum = sum_of(blocks, n);
-  sum.hessian /= dispersion(blocks, sum.hessian);
+  sum.hessian /= dispersion(blocks, sum.hessian, params, unknowns);
   prior_cost(params, unknowns, &sum.hessian, &sum.gradient);
   // Intervals of few blocks are wide: Student's quantile over that of a normal; one block says no more than two.
   const boost::math::students_t student(std::max(1.0, static_cast<double>(count) - 1.0));

@@ -97,8 +97,8 @@ class Catalogue {
   bool pose_is_late() const {
     return std::ranges::any_of(nuisances_, [](const Nuisance& n) { return n.delay.has_value(); });
   }
-  /// Whether one of the world's own effects remembers what the nominal model does from its first stage on: it has memory
-  /// and acts at a later one.
+  /// Whether one of the world's own effects remembers what the nominal model does from its first stage on: it has
+  /// memory and acts at a later one.
   bool own_remembers_model() const;
   /// Whether one of them remembers what a candidate does: it has memory and acts after it.
   bool own_remembers(std::size_t candidate) const;

@@ -14,8 +14,8 @@ using calibrate::Unknown;
 
 namespace {
 
-/// Whether an addition is the offset of a steering whose curve is there too. It stays with the curve as the term of lower
-/// order: that the fitted time determines it and that predictions are better with it, surely or not, is enough.
+/// Whether an addition is the offset of a steering whose curve is there too. It stays with the curve as the term of
+/// lower order: that the fitted time determines it and that predictions are better with it, surely or not, is enough.
 bool is_offset_of_curve(const std::vector<Addition>& added, std::size_t index) {
   return added[index].asymmetry == SteeringAsymmetry::offset &&
          std::ranges::find(added, SteeringAsymmetry::curve, &Addition::asymmetry) != added.end();

@@ -55,8 +55,8 @@ Round score_round(const EffectSearch& search, const Trial& base, std::vector<Can
 }
 
 /// Fits the candidate of a score, unless it stays behind the best so far, and keeps it if it is the best. Its row is
-/// filled if it was validated: beside the calibrated world also where its fit was given up, whose decrease and change are
-/// then of less than it can do; such a fit is never kept.
+/// filled if it was validated: beside the calibrated world also where its fit was given up, whose decrease and change
+/// are then of less than it can do; such a fit is never kept.
 void try_candidate(const EffectSearch& search, const Selection& selection, Round& round, std::size_t index) {
   const Trial& base = *selection.trial;
   const EffectScore& score = round.scores[index];
@@ -108,10 +108,10 @@ void add_best(Selection& selection, Round& round) {
   selection.trial = std::move(round.best);
 }
 
-/// A steering that turns further to one side stands for one that is not straight at zero wherever a log turns mostly one
-/// way, and almost every steering is off a little: the curve's term of lower order comes with it (marginality: Nelder, A
-/// reformulation of linear models, JRSS A 140, 1977), whatever it takes off by itself. Backward elimination says which
-/// of them stays.
+/// A steering that turns further to one side stands for one that is not straight at zero wherever a log turns mostly
+/// one way, and almost every steering is off a little: the curve's term of lower order comes with it (marginality:
+/// Nelder, A reformulation of linear models, JRSS A 140, 1977), whatever it takes off by itself. Backward elimination
+/// says which of them stays.
 void add_offset_of_curve(const EffectSearch& search, Selection& found) {
   if (found.added.back().asymmetry != SteeringAsymmetry::curve || found.added.size() >= search.options.most) return;
   auto candidates = candidates_for(search, *found.trial, {});

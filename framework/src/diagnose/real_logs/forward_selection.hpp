@@ -15,8 +15,8 @@ struct ForwardSelection {
 };
 
 /// At each size a score test proposes candidates, and the best few are fitted with everything else. The one that
-/// explains the fitted time best among those that lower the errors of the validation time is added, a one-sided curve of
-/// the steering together with its offset.
+/// explains the fitted time best among those that lower the errors of the validation time is added, a one-sided curve
+/// of the steering together with its offset.
 ForwardSelection select_forward(const EffectSearch& search);
 
 /// Goes on beside a selection in the same way, without candidates of these names; an offset still comes with a curve.

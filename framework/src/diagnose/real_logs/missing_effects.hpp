@@ -5,7 +5,8 @@
 // Then a score test on the fitted time proposes effects, the best few are fitted with everything else, and the one that
 // explains the fitted time best among those that lower the errors of the rest of the same logs stays: the next is
 // looked for beside it. In the end each must be missed where it is taken out, by that rest and by the logs held out,
-// whose figures are a little optimistic for that; less is asked of the offset of a steering whose one-sided curve stays.
+// whose figures are a little optimistic for that; less is asked of the offset of a steering whose one-sided curve
+// stays.
 #pragma once
 
 #include <functional>

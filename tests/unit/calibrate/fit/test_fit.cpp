@@ -123,8 +123,8 @@ TEST(Fit, WhatTheLogDoesNotTellMayStayWhereTheFitBegins) {
 }
 
 TEST(Fit, IntervalsAreAsWideAsWhatIsNotDeterminedLeavesThem) {
-  // Of two offsets the log tells the sum. One is known to 2 mrad before and stays at its prior, so the other is known to
-  // 2 mrad at best.
+  // Of two offsets the log tells the sum. One is known to 2 mrad before and stays at its prior, so the other is known
+  // to 2 mrad at best.
   Bench bench("", 0.5, 40, R"({
     "plant": {"effects": [{"plugin": "steer_offset", "params": {"d0": 0}},
                           {"plugin": "steer_offset", "params": {"d0": 0}}]},
@@ -165,6 +165,22 @@ TEST(Fit, AParameterAtItsBoundIsSaidAndKeptThere) {
   EXPECT_EQ(p->value, 13.0);
   EXPECT_EQ(p->interval.high, 13.0);
   EXPECT_EQ(result.params[p->unknown.index], 13.0);
+}
+
+/// A search from elsewhere is drawn there by the prior alone: that is no end of its range to which the log led.
+TEST(Fit, AParameterWhosePriorIsItsBoundIsNotAtItByTheLog) {
+  Bench bench;
+  bench.options.undetermined_stay = true;
+  double begin = 0.0;
+  for (Unknown& u : bench.open)
+    if (u.pointer == "/plant/params/Cd") {
+      u.low = u.prior;
+      begin = bench.values[u.index] = u.prior + 1e-9;
+    }
+  const FitResult result = bench.run();
+  const FittedParameter* const p = find(result, "/plant/params/Cd");
+  EXPECT_EQ(p->status, FittedParameter::Status::undetermined);
+  EXPECT_EQ(p->value, begin);
 }
 
 TEST(Fit, ArrivesAtOneModelFromStartsApart) {

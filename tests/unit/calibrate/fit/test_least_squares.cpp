@@ -48,6 +48,23 @@ TEST(Bootstrap, IntervalsOfFewBlocksHoldTheTruthAsOftenAsTheySay) {
   EXPECT_GT(covered(20, 4.0), 0.91);
 }
 
+TEST(Bootstrap, UnknownsOfWhichTheBlocksSayNothingChangeNoInterval) {
+  std::mt19937_64 random(9);
+  const Blocks one(6, 4.0, random);
+  constexpr Eigen::Index more = 16;
+  BlockedNormalEquations blocks;
+  for (std::size_t b = 0; b < one.blocks.hessian.size(); ++b) {
+    blocks.hessian.emplace_back(Eigen::MatrixXd::Zero(1 + more, 1 + more)).topLeftCorner(1, 1) = one.blocks.hessian[b];
+    blocks.gradient.emplace_back(Eigen::VectorXd::Zero(1 + more)).head(1) = one.blocks.gradient[b];
+  }
+  std::vector<double> params(1 + more, 0.0);
+  params.front() = one.estimate;
+  std::vector<Unknown> unknowns(1 + more, one.unknown);
+  for (std::size_t i = 0; i < unknowns.size(); ++i) unknowns[i].index = i;
+  const Interval found = bootstrap(blocks, params, unknowns).interval.front(), alone = one.interval();
+  EXPECT_NEAR(found.high - found.low, alone.high - alone.low, 1e-6);
+}
+
 TEST(Bootstrap, IntervalsOfManyBlocksAreNoWiderThanTheyNeedBe) {
   std::mt19937_64 random(8);
   double width = 0.0;

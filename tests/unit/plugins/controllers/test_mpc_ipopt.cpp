@@ -218,8 +218,8 @@ TEST(MpcIpopt, WhatTheModelThrowsComesThrough) {
               testing::ThrowsMessage<std::domain_error>(testing::HasSubstr("beyond my table")));
 }
 
-/// A car that spins away from the road's heading, 3.1 rad from it now and more than half a turn in the plan's next step:
-/// where headings have no weight the road's makes no difference to the shifted plan.
+/// A car that spins away from the road's heading, 3.1 rad from it now and more than half a turn in the plan's next
+/// step: where headings have no weight the road's makes no difference to the shifted plan.
 TEST(MpcIpopt, TheShiftedPlanOfACarThatSpinsStaysWithTheCar) {
   const auto iterations = [](double from_road) {
     DrivingScene scene(registry(), {});

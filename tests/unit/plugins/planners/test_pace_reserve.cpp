@@ -29,10 +29,10 @@ LapParams params() {
 TEST(PaceReserve, IsWholeUntilTheBeliefIsTrustedAndAtTheFrictionThatIsExpected) {
   PaceReserve reserve(params(), top);
   EXPECT_NEAR(reserve.pace(40), 0.975 - 40 * 0.0011, 1e-12);
-  reserve.set(0.5, 0.5, false);
+  reserve.set(0.5, {0.5, 0.5}, false);
   EXPECT_NEAR(reserve.pace(40), 0.975 - 40 * 0.0011, 1e-12);
   for (const double mu : {1.0, 1.2}) {
-    reserve.set(mu, mu, true);
+    reserve.set(mu, {mu, mu}, true);
     EXPECT_NEAR(reserve.pace(40), 0.975 - 40 * 0.0011, 1e-12) << mu;
   }
 }
@@ -42,15 +42,26 @@ TEST(PaceReserve, IsWholeUntilTheBeliefIsTrustedAndAtTheFrictionThatIsExpected) 
 TEST(PaceReserve, LessFrictionThanIsPlannedForIsDrivenMoreSlowly) {
   PaceReserve reserve(params(), top);
   for (const bool trusted : {false, true}) {
-    reserve.set(0.2, 0.2, trusted);
+    reserve.set(0.2, {0.2, 0.2}, trusted);
     const double at_least = reserve.pace(40);
-    reserve.set(0.05, 0.05, trusted);
+    reserve.set(0.05, {0.05, 0.05}, trusted);
     EXPECT_NEAR(reserve.pace(40), 0.5 * at_least, 1e-12);
-    reserve.set(0.05, 0.8, trusted);
+    reserve.set(0.05, {0.8, 0.8}, trusted);
     EXPECT_EQ(reserve.pace(40), at_least);
-    reserve.set(-0.3, -0.3, trusted);
+    reserve.set(-0.3, {-0.3, -0.3}, trusted);
     EXPECT_NEAR(reserve.pace(40), std::sqrt(0.01 / 0.2) * at_least, 1e-12);
   }
+}
+
+// Of friction that has risen at once no more is used than is driven.
+TEST(PaceReserve, UsesNoMoreOfTheFrictionThanIsDriven) {
+  PaceReserve reserve(params(), top);
+  reserve.set(0.2, {0.05, 0.05}, true);
+  const double all = reserve.use_of_friction(40);
+  reserve.set(0.2, {0.05, 0.2}, true);
+  EXPECT_NEAR(reserve.use_of_friction(40), 0.5 * all, 1e-12);
+  reserve.set(0.2, {0.05, 1.0}, true);  // a plan for 0.2 does not use more of it
+  EXPECT_NEAR(reserve.use_of_friction(40), 0.5 * all, 1e-12);
 }
 
 // Friction falls from mu to a normally distributed one; its mean fall by a sum over that distribution.
@@ -67,7 +78,7 @@ TEST(PaceReserve, ShrinksWithTheMeanFallThatFrictionCanTake) {
     return sum / weight / mu;
   };
   PaceReserve reserve(p, top);
-  reserve.set(0.7, 0.7, true);
+  reserve.set(0.7, {0.7, 0.7}, true);
   const double share = mean_fall(0.7) / mean_fall(1.0), kept = 0.7 + 0.3 * share;
   ASSERT_LT(share, 0.5);
   EXPECT_NEAR(1 - reserve.pace(20), kept * (0.025 + 0.0011 * 20), 1e-6);
