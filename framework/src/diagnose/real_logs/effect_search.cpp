@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "calibrate/effects/start_of_fit.hpp"
 #include "calibrate/effects/yaw_limit.hpp"
@@ -136,6 +137,16 @@ Selection nothing_added(const EffectSearch& search) {
   out.trial->cost = calibrated.cost;
   out.trial->validation = calibrated.validation;
   return out;
+}
+
+void open_undetermined(const EffectSearch& search, Trial& trial) {
+  Trial closed(search.spec, search.forecast);
+  for (const FittedParameter& p : search.world.undetermined)
+    if (std::ranges::find(trial.unknowns, p.unknown.pointer, &Unknown::pointer) == trial.unknowns.end())
+      closed.unknowns.push_back(p.unknown);
+  if (closed.unknowns.empty()) return;
+  take_over_unknowns(trial, closed);
+  trial.cost = std::numeric_limits<double>::quiet_NaN();
 }
 
 std::unique_ptr<Trial> with_disturbances(const EffectSearch& search, const Trial& base) {

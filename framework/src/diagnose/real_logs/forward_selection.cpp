@@ -1,6 +1,7 @@
 #include "diagnose/real_logs/forward_selection.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include "calibrate/effects/yaw_limit.hpp"
 
@@ -75,19 +76,20 @@ void try_candidate(const EffectSearch& search, const Selection& selection, Round
   round.best_score = index;
 }
 
-/// Fits the best few by score and, where none of them is kept, the best few of those that others hide.
+/// Fits the best few whose blocks agree and, where none of them is kept, the best few of those that others hide. Beside
+/// the calibrated world the best of all is fitted, too: it may show only in the few blocks that are fast enough for it.
 void try_best(const EffectSearch& search, const Selection& selection, Round& round) {
   const std::size_t tries = search.options.tries, count = round.scores.size();
+  const bool first_round = selection.added.empty();  // all fits are reported
   std::vector<bool> asked(count, false);
   const auto try_at = [&](std::size_t i) {
     asked[i] = true;
     try_candidate(search, selection, round, i);
   };
   for (std::size_t i = 0, tried = 0; i < count && tried < tries; ++i) {
-    if (!(round.scores[i].score > agreed)) continue;
-    const bool all_are_reported = selection.added.empty();
-    if (round.best && !all_are_reported &&
-        surpassed * round.scores[i].gain < 1.0 - round.best->cost / selection.trial->cost)
+    const bool best_of_all = first_round && i == 0 && round.scores[i].gain > worth;
+    if (!(round.scores[i].score > agreed) && !best_of_all) continue;
+    if (round.best && !first_round && surpassed * round.scores[i].gain < 1.0 - round.best->cost / selection.trial->cost)
       break;
     ++tried;
     try_at(i);
@@ -147,11 +149,46 @@ std::vector<ScoredEffect> grow(const EffectSearch& search, Selection& found, std
   return first;
 }
 
+/// What sensors do comes before what the car does, where it explains about as much: a yaw rate that is read too large
+/// hides parameters of the world, which the logs tell once it is known, and effects would be named in their place.
+void add_measurements(const EffectSearch& search, Selection& found) {
+  constexpr double as_much = 0.5;  // of the largest gain to first order
+  const auto is_reading = [](const CandidateEffect& one) { return one.effect->stage() == Stage::reading; };
+  while (found.added.size() < search.options.most) {
+    auto candidates = candidates_for(search, *found.trial, {});
+    std::erase_if(candidates, is_reading);
+    const Round others = score_round(search, *found.trial, std::move(candidates));
+    candidates = candidates_for(search, *found.trial, {});
+    std::erase_if(candidates, std::not_fn(is_reading));
+    Round round = score_round(search, *found.trial, std::move(candidates));
+    try_best(search, found, round);
+    if (!round.best) return;
+    const ScoredEffect& best = round.rows[round.best_score];
+    if (!best.change.helps()) return;
+    if (!others.scores.empty() && best.less_error < as_much * others.scores.front().gain) return;
+    add_best(found, round);
+    open_undetermined(search, *found.trial);
+    search.fits.refit_until_still(*found.trial);
+    search.validate(*found.trial);
+  }
+}
+
+/// Rows of effects beside the calibrated world.
+std::vector<ScoredEffect> rank_alone(const EffectSearch& search) {
+  const Selection nothing = nothing_added(search);
+  Round round = score_round(search, *nothing.trial, candidates_for(search, *nothing.trial, {}));
+  try_best(search, nothing, round);
+  return std::move(round.rows);
+}
+
 }  // namespace
 
 ForwardSelection select_forward(const EffectSearch& search) {
   ForwardSelection out{nothing_added(search), {}};
-  out.ranking = grow(search, out.found, {});
+  add_measurements(search, out.found);
+  if (!out.found.added.empty()) out.ranking = rank_alone(search);
+  auto first = grow(search, out.found, {});
+  if (out.ranking.empty()) out.ranking = std::move(first);
   return out;
 }
 

@@ -168,29 +168,16 @@ void measure_errors(const EffectSearch& search, const UnfittedErrors& without, c
   out.remainder = remainder_of(search.logs.reported(), after, judged_horizon);
 }
 
-/// Indices in a world with effects more.
-void take_index_of(const Trial& found, calibrate::Unknown& unknown) {
-  const auto index = [&](const std::string& pointer, std::size_t& at) {
-    if (const auto* const there = found.find(pointer); there != nullptr) at = there->index;
-  };
-  index(unknown.pointer, unknown.index);
-  for (calibrate::Unknown::Same& s : unknown.same) index(s.pointer, s.index);
-}
-
 /// A trial fitted as `fit` does, to all of the time of the logs: what was held out has chosen the effects, and how fast
 /// the observer has to take up what is left is best told by all logs.
-calibrate::FitResult fit_to_all(const EffectSearch& search, const Trial& trial,
+calibrate::FitResult fit_to_all(const EffectSearch& search, Trial& trial,
                                 const std::list<measured::SessionFile>& files) {
-  std::vector<calibrate::Unknown> unknowns = trial.unknowns;
-  for (const FittedParameter& p : search.world.undetermined) {
-    unknowns.push_back(p.unknown);
-    take_index_of(trial, unknowns.back());
-  }
+  open_undetermined(search, trial);
   std::vector<FitLog> logs = fit_logs(files, search.spec.track, search.forecast.step, search.options.fit);
   calibrate::FitOptions once = search.options.fit;
   once.tries = 1;  // it begins where the search has ended, and leaves what these logs do not determine there
   once.undetermined_stay = true;
-  calibrate::FitResult result = fit(trial.forecaster, logs, trial.params, unknowns, once);
+  calibrate::FitResult result = fit(trial.forecaster, logs, trial.params, trial.unknowns, once);
   result.friction = calibrate::friction_of(trial.vehicle.car(), trial.spec.car.car, result.params,
                                            result.bootstrap_draws, result.posterior_draws);
   return result;
@@ -204,7 +191,7 @@ void write_worlds(const EffectSearch& search, Selection& selection, const std::l
   given.params = search.world.given_params;
   const auto calibrated = with_disturbances(search, *search.world.calibrated);
   selection.trial = with_disturbances(search, selection.added.empty() ? *search.world.calibrated : *selection.trial);
-  const Trial& found = *selection.trial;
+  Trial& found = *selection.trial;
   out.rows = {reported_row(search, "given", given), reported_row(search, "calibrated", *calibrated),
               reported_row(search, "found", found)};
   const calibrate::FitResult fitted = fit_to_all(search, found, files);

@@ -259,25 +259,26 @@ TEST_F(RecedingTimeTest, SaysWhereTheRoadAheadIsSlippery) {
 }
 
 /// Behind a slippery place that is known the road is as it was in front of it, though friction rises slowly otherwise and
-/// the belief comes back a step late.
+/// the belief comes back later than in the lap before.
 TEST_F(RecedingTimeTest, IsAsFastBehindAKnownSlipperyPlaceAsWithoutIt) {
   const auto planner = make(mobil_, {{"spacing", 0.1}, {"start", 0.9}, {"mu_lo", 0.8}, {"rise", 0.1}, {"places", 1.0}});
   start(*planner);
   std::array<double, 4> way{};  // behind the place, by lap; the first begins behind it [m]
   std::array<int, 4> steps{};
-  double believed = 0.9, before = 0.9;
+  std::array<double, 12> believed{};  // in the last steps
+  believed.fill(0.9);
   std::size_t lap = 0;
   for (int i = 0; i < 1500; ++i) {
     const double here = now_.at.s;
-    drive(*planner, believe(believed), 1);
+    drive(*planner, believe(believed[lap < 3 ? 8 : 0]), 1);
     if (now_.at.s < here && ++lap == way.size()) break;
     const double share = now_.at.s / mobil_.length();
     if (share > 0.72 && share < 0.85) {
       way[lap] += std::hypot(now_.x.vx, now_.x.vy) * 0.02;
       ++steps[lap];
     }
-    believed = before;
-    before = share > 0.5 && share < 0.7 && lap > 1 ? 0.6 : 0.9;
+    std::ranges::rotate(believed, believed.begin() + 1);
+    believed.back() = share > 0.5 && share < 0.7 && lap > 1 ? 0.6 : 0.9;
   }
   ASSERT_EQ(lap, way.size());
   EXPECT_GT(way[3] / steps[3], 0.97 * way[1] / steps[1]);
