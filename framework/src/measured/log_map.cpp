@@ -169,6 +169,13 @@ std::optional<double> LogMap::delay(std::size_t group) const {
   return 0.0;
 }
 
+void LogMap::find_delay(std::size_t group) {
+  for (std::size_t c = 0; c < channels; ++c)
+    if (delay_group[c] == group && channel[c]) channel[c]->delay.reset();
+  for (const Source degrees : {Source::latitude, Source::longitude})
+    if (auto& one = channel[static_cast<std::size_t>(degrees)]; group == 0 && one) one->delay.reset();
+}
+
 LogMap gripline_map() {
   LogMap map;
   map.time.formula = "t_s";

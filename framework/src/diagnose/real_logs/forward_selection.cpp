@@ -70,8 +70,10 @@ void try_candidate(const EffectSearch& search, const Selection& selection, Round
   ScoredEffect& row = round.rows[index];
   row = {calibrate::addition_of(effect, base).name, 1.0 - trial->cost / base.cost, true, trial->validation.rms(),
          change_of(trial->validation, base.validation)};
-  // Whether it surely helps is asked in the end, beside the others: what is still missing is noise here.
-  if (!near || !(row.change.change < 0.0) || !(trial->cost < rival)) return;
+  // Whether it surely helps is asked in the end, beside the others: what is still missing is noise here. Where blocks do
+  // not agree on it, it must be sure by now.
+  const bool disputed = !(score.score > agreed) && !(score.apart < hidden);
+  if (!near || !(disputed ? row.change.helps() : row.change.change < 0.0) || !(trial->cost < rival)) return;
   round.best = std::move(trial);
   round.best_score = index;
 }
@@ -87,8 +89,8 @@ void try_best(const EffectSearch& search, const Selection& selection, Round& rou
     try_candidate(search, selection, round, i);
   };
   for (std::size_t i = 0, tried = 0; i < count && tried < tries; ++i) {
-    const bool best_of_all = first_round && i == 0 && round.scores[i].gain > worth;
-    if (!(round.scores[i].score > agreed) && !best_of_all) continue;
+    const bool among_best = first_round && round.scores[i].gain > std::max(worth, 0.5 * round.scores.front().gain);
+    if (!(round.scores[i].score > agreed) && !among_best) continue;
     if (round.best && !first_round && surpassed * round.scores[i].gain < 1.0 - round.best->cost / selection.trial->cost)
       break;
     ++tried;
@@ -152,7 +154,7 @@ std::vector<ScoredEffect> grow(const EffectSearch& search, Selection& found, std
 /// What sensors do comes before what the car does, where it explains about as much: a yaw rate that is read too large
 /// hides parameters of the world, which the logs tell once it is known, and effects would be named in their place.
 void add_measurements(const EffectSearch& search, Selection& found) {
-  constexpr double as_much = 0.5;  // of the largest gain to first order
+  constexpr double as_much = 0.9;  // of the largest gain to first order
   const auto is_reading = [](const CandidateEffect& one) { return one.effect->stage() == Stage::reading; };
   while (found.added.size() < search.options.most) {
     auto candidates = candidates_for(search, *found.trial, {});

@@ -68,4 +68,9 @@ std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, co
   return find_channel_delays(logs, SpeedsBy::accelerations);
 }
 
+measured::LogMap with_found(measured::LogMap map, std::span<const ChannelDelay> delays) {
+  for (const ChannelDelay& one : delays) map.find_delay(one.group);
+  return map;
+}
+
 }  // namespace gripline::diagnose

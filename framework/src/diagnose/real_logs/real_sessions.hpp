@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <list>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,5 +28,8 @@ void use_once(std::list<measured::SessionFile>& files, std::list<measured::Sessi
 /// Channels that no log has are not compared. `v_ref`: typical speed of the car [m/s].
 std::vector<ChannelDelay> channel_delays(const std::list<measured::SessionFile>& files, const measured::LogMap& map,
                                          double v_ref);
+
+/// A map that leaves the delays of the channels that are late to be fitted, from where they were found.
+measured::LogMap with_found(measured::LogMap map, std::span<const ChannelDelay> delays);
 
 }  // namespace gripline::diagnose

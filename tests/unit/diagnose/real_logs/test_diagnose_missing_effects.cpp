@@ -284,6 +284,44 @@ TEST(MissingEffects, AnOffsetOfTheYawRateIsNamedWhereYawSaysSo) {
   EXPECT_FALSE(contradicted.named.empty()) << "the yaw rate is off, whatever for";
 }
 
+/// Until the offset is known the logs seem not to tell of tyres and inertia, and effects would stand in its place.
+TEST(MissingEffects, AnOffsetOfTheYawRateHidesNoParameterOfTheWorld) {
+  const MissingEffects found = found_in_log_of(
+      R"({"plant": {"params": {"Cm1": 8, "Bf": 7.5, "Br": 9, "Df": 5, "Dr": 5}, "effects": []}})", R"({"unknowns": {
+          "/plant/params/Dr": {"group": "tyres", "sigma": 0.4, "scale": "log"},
+          "/plant/params/Df": {"group": "tyres", "sigma": 0.4, "scale": "log"},
+          "/plant/params/Br": {"group": "tyres", "sigma": 0.4, "scale": "log"},
+          "/plant/params/Iz": {"group": "car", "sigma": 0.4, "scale": "log"},
+          "/plant/params/Cr0": {"group": "drive", "sigma": 0.4, "scale": "log"}}})",
+      {.seconds = 60, .noise = 1}, {}, [](measured::Session& s) {
+        for (std::size_t row = 0; row < s.rows(); ++row) s.reading[row * measured::channels + 5] += 0.5;
+      });
+  ASSERT_EQ(found.named.size(), 1u);
+  EXPECT_EQ(found.named.front().addition.name, "yawrate_bias");
+  EXPECT_NEAR(found.named.front().params.front().value, 0.5, 0.03);
+  for (const auto& [pointer, value] : {std::pair("/plant/params/Cm1", 8.0), {"/plant/params/Dr", 5.0}}) {
+    const auto at = std::ranges::find(found.parameters, pointer,
+                                      [](const calibrate::FittedParameter& p) { return p.unknown.pointer; });
+    ASSERT_NE(at, found.parameters.end()) << pointer;
+    EXPECT_NEAR(at->value, value, 0.04 * value) << pointer;
+  }
+}
+
+/// Air drag shows in the one stretch that is fast.
+TEST(MissingEffects, AnEffectThatFewStretchesShowIsTried) {
+  const auto command = [](double t) {
+    const CommandSample<double> slow = test::weave(t);
+    return CommandSample<double>{t > 59.0 && t < 71.0 ? 0.9 : 0.5 * slow.d,
+                                 t > 58.0 && t < 72.0 ? 0.1 * slow.delta : slow.delta};
+  };
+  const MissingEffects found =
+      found_in_log_of(R"({"plant": {"effects": [{"plugin": "aero_drag", "params": {"a": 0.4}}]}})", "{}",
+                      {.seconds = 80, .noise = 1, .command = command});
+  const auto drag = std::ranges::find(found.ranking, "aero_drag", &ScoredEffect::effect);
+  ASSERT_NE(drag, found.ranking.end());
+  EXPECT_TRUE(drag->tried);
+}
+
 TEST(MissingEffects, NothingIsNamedWhereNothingIsMissing) {
   const MissingEffects found = found_in_log_of(R"({"plant": {"params": {"Cm1": 14}, "effects": []}})");
   EXPECT_TRUE(found.named.empty()) << found.named.front().addition.name;

@@ -85,6 +85,14 @@ TEST(RealSessions, DelaysThatTheMapStatesAreTakenOffFirst) {
   expect_late(late(0.7), map, 0.7);
 }
 
+/// What is found late is fitted, and stands in the world that is returned.
+TEST(RealSessions, DelaysThatWereFoundAreLeftToTheFit) {
+  const measured::LogMap stated = measured::gripline_map();
+  const measured::LogMap map = with_found(stated, channel_delays({late(0.5)}, stated, 2.0));
+  EXPECT_EQ(map.delay(3), std::nullopt);
+  for (const std::size_t group : {0u, 1u, 2u}) EXPECT_EQ(map.delay(group), 0.0) << group;
+}
+
 TEST(RealSessions, ALogWithoutAnythingToTellADelayByHasNone) {
   measured::SessionFile slow = late(0.5), bare = late(0.5);
   EXPECT_TRUE(channel_delays({slow}, measured::gripline_map(), 100.0).empty());
