@@ -139,7 +139,7 @@ inline double road_load(const Sample& k) {
 
 /// Path that the present model predicts from `begin` on, an estimate of the state freed of noise: slips from noisy
 /// readings would make every tyre look softer than it is, most of all at speed, where slips are small.
-/// Two classical Runge-Kutta steps, on a road that presses by road_load(): what is learned is the tyres' on a flat road.
+/// Two classical Runge-Kutta steps, on a road that presses by road_load(): what is learned is tyres on a flat one.
 /// correct_body(), which predicts with it, knows no crests.
 template <class Force>
 StepPath predicted_path(const BodyVelocity& begin, const Sample& k, const LearnedCar<Force>& learned) {
