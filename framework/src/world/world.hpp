@@ -59,7 +59,7 @@ class World {
   /// The centre of gravity, or a corner of the car, is outside the edges.
   bool outside() const { return outside_; }
   bool body_outside() const { return body_outside_; }
-  /// The car's body touches a wall.
+  /// A corner of the car has reached a wall.
   bool crashed() const { return crashed_; }
   /// Moment at which a lap ended within the last step [s].
   std::optional<double> lap_ended() const { return lap_ended_; }

@@ -101,7 +101,8 @@ template <class Force>
 LearnedCar(const Car&, const StraightDrive&, const CorrectionTerms&, Force) -> LearnedCar<Force>;
 
 /// Path through both readings of a step. With `use_model` false (nothing learned yet) the middle is the mean of both
-/// ends.
+/// ends. It knows no road_load(): `elm` and `mhe`, which learn along it, take a crest for less friction. `elm` is the
+/// published method, and `mhe` is compared with it on the same equations; only predicted_path() has it, for `elm_rls`.
 template <class Force>
 StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_model) {
   const double delta = k.x_next.delta - k.delta_lag, d = k.u.d - k.d_lag;
@@ -138,7 +139,8 @@ inline double road_load(const Sample& k) {
 
 /// Path that the present model predicts from `begin` on, an estimate of the state freed of noise: slips from noisy
 /// readings would make every tyre look softer than it is, most of all at speed, where slips are small.
-/// Two classical Runge-Kutta steps.
+/// Two classical Runge-Kutta steps, on a road that presses by road_load(): what is learned is tyres on a flat one.
+/// correct_body(), which predicts with it, knows no crests.
 template <class Force>
 StepPath predicted_path(const BodyVelocity& begin, const Sample& k, const LearnedCar<Force>& learned) {
   const double delta = k.x_next.delta - k.delta_lag;

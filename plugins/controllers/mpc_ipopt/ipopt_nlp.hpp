@@ -66,7 +66,7 @@ class IpoptNlp final : public Ipopt::TNLP {
   double slope(const double* a, const double* b, int k, int i, const Number* lambda) const;
   /// -lambda' f'' of every step, column by column from Jacobians at points moved a little, all steps at once.
   bool add_curvature(const Number* lambda, Number* values);
-  /// A first guess: on the references, at their speed, steering for their curvature.
+  /// A first guess: on the references, at their speed or the present one if that is higher, steered as now.
   void guess();
   /// The last solution one step on, its end repeated.
   void shift();

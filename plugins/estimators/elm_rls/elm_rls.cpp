@@ -28,7 +28,7 @@
 // nothing: what brakes leave of them is known too badly, for as long as the pedal is down. Under much drive side forces
 // are tested for a change, and teach for a while after one. What is wrong with the sharing lasts as long as the pedal
 // is where it is: it does not average out as noise does, and so counts for more where a tyre's shape is learned
-// (`sharing_lasts`).
+// (`sharing_lasts`). Whatever an equation leaves out lasts for 20 ms: shorter samples say no more of tyres in a second.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -90,24 +90,24 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     }
     if (!continues_) rls_.break_sequence(noise_.sigma());
     continues_ = true;
+    steps_of_error_ = elm_rls::error_time / k.dt;
     fill_rows(predicted(k));
     forget(k.dt);
     rls_.begin_step(noise_.sigma());
     const StraightDrive::Rates drive = drive_.at(k.x.vx, k.u.d - k.d_lag, k.at);
-    const bool hard = uses_much(drive.drive_force), brakes = drive.drive_force < 0;
     const bool shares = params_.sharing_spread > 0;
     if (shares) doubt_sharing(drive.on_road(road_load(k)));
-    // Without a doubt of the sharing, what drive and brakes take off side forces would pass for a change.
-    if (hard && !shares) take_off_drive_and_tyres(false);
     change_.pass(k.dt);
-    test_for_change(k.dt);
-    if (hard && shares) take_off_drive_and_tyres((brakes && side_used_ > least_side_used) || change_.recent());
+    // Without a doubt of the sharing, what drive and brakes take off side forces would pass for a change.
+    if (shares || !uses_much(drive.drive_force)) test_for_change(k.dt);
+    const Teaches what = taught(drive.drive_force);
+    keep_only(what);
     for (int c = 0; c < channels; ++c) {
       auto innovation = rls_.innovation(c, rows_.col(c), rates_[c], k.dt, misfit(c));
-      if (hard && shares)
+      if (shares && what != Teaches::all)
         noise_.break_sequence(c);
       else if (settled())
-        noise_.match(c, innovation);
+        noise_.match(c, innovation, k.dt);
       innovation.variance += lasting_doubt(c);
       rls_.update(innovation);
     }
@@ -135,14 +135,27 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   static constexpr double settling = 0.99;   // [s] before the innovations are taken as evidence: 50 samples at 20 ms
   static constexpr double least_side_used = 0.4;  // where a sample under hard braking teaches of tyres
 
+  /// What a step is taken to tell of.
+  enum class Teaches {
+    all,              // tyres, drive and resistance
+    side_force,       // of tyres, by side force and moment, and resistance
+    resistance_alone  // as far as tyres, gains and arm are believed to leave it
+  };
+
   bool settled() const { return seen_ >= settling; }
   /// Standard deviation of what a channel's equation leaves out in this step, that of the sharing of friction included.
-  double misfit(int channel) const { return std::hypot(noise_.misfit(channel), sharing_misfit_[channel]); }
-  /// Variance that is added to an innovation's own: where friction sharing errs alike for `sharing_lasts` samples in a
-  /// row, together they weigh as one. 0 after a sudden change, which has to be learned from few samples.
-  double lasting_doubt(int channel) const {
-    return change_.recent() ? 0.0 : (params_.sharing_lasts - 1.0) * square(sharing_misfit_[channel]);
+  double misfit(int channel) const {
+    return std::sqrt(samples_as_one(1)) * std::hypot(noise_.misfit(channel), sharing_misfit_[channel]);
   }
+  /// Variance that is added to an innovation's own: where friction sharing errs alike for `sharing_lasts` times 20 ms,
+  /// the samples within weigh as one. 0 after a sudden change, which has to be learned from few samples.
+  double lasting_doubt(int channel) const {
+    if (change_.recent()) return 0.0;
+    return (samples_as_one(params_.sharing_lasts) - samples_as_one(1)) * square(sharing_misfit_[channel]);
+  }
+  /// Samples of this length that weigh as one, where what is wrong with them lasts for so many times error_time: each
+  /// has as many times the variance. They would else say more in a second the shorter the control step is.
+  double samples_as_one(double error_times) const { return std::max(1.0, error_times * steps_of_error_); }
   /// What the tyres are believed to contribute to a rate of this step.
   double tyre_part(int channel) const { return unknowns_.tyres(rows_.col(channel)).dot(unknowns_.tyres(rls_.theta())); }
 
@@ -232,18 +245,29 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     change_.begin_change();
   }
 
-  /// Takes off this step's rates what the tyres, and the gains and the arm of drive and brakes, are believed to
-  /// contribute, so that the step does not teach them. Where drive or brakes use much of the friction, slip control,
-  /// their split and the ellipse decide what arrives on the road and what is left for side forces, and none of them is
-  /// known well. `side_teaches`: the tyres' part in side force and moment stays, and goes on teaching.
-  void take_off_drive_and_tyres(bool side_teaches) {
+  /// What a step under this drive or brake force [N] teaches, once it was tested for a sudden change. Where drive or
+  /// brakes use much of the friction, slip control, their split and the ellipse decide what arrives on the road and
+  /// what is left for side forces, and none of them is known well. Where that is doubted as much as it should be
+  /// (sharing_spread), side forces teach all the same: large ones under brakes, and all while a new friction is being
+  /// found.
+  Teaches taught(double force) const {
+    if (!uses_much(force)) return Teaches::all;
+    if (!(params_.sharing_spread > 0)) return Teaches::resistance_alone;
+    const bool brakes = force < 0;
+    return (brakes && side_used_ > least_side_used) || change_.recent() ? Teaches::side_force
+                                                                        : Teaches::resistance_alone;
+  }
+
+  /// Takes off this step's rates what is believed of the contributions that it is not to teach of.
+  void keep_only(Teaches what) {
+    if (what == Teaches::all) return;
     const Unknowns& u = unknowns_;
     const auto take_off = [this](int c, auto part, const auto& believed) {
       rates_[c] -= part.dot(believed);
       part.setZero();
     };
     for (int c = 0; c < channels; ++c) {
-      if (c == 0 || !side_teaches) take_off(c, u.tyres(rows_.col(c)), u.tyres(rls_.theta()));
+      if (c == 0 || what != Teaches::side_force) take_off(c, u.tyres(rows_.col(c)), u.tyres(rls_.theta()));
       take_off(c, u.gains_and_arm(rows_.col(c)), u.gains_and_arm(rls_.theta()));
     }
   }
@@ -328,7 +352,8 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   // of this step
   Eigen::MatrixXd rows_;
   std::array<double, channels> rates_ = {}, sharing_misfit_ = {};
-  double side_used_ = 0;  // side force over the largest that drive and brakes leave
+  double side_used_ = 0;       // side force over the largest that drive and brakes leave
+  double steps_of_error_ = 1;  // of this length in error_time
   // as believed
   AxleTables tables_;
   CorrectionTerms terms_;

@@ -48,8 +48,9 @@ constexpr auto declare_parameters() {
                 "standard deviation of what drive and brakes take off the square of a side force, relative to it; "
                 "above 0 side forces beyond 0.4 of what brakes leave teach of tyres under braking beyond most_drive "
                 "too, and all do after a change"),
-          param("sharing_lasts", &P::sharing_lasts, "1", {1, 1e4},
-                "samples in a row whose sharing errs alike, so that they teach of tyres no more than one does"),
+          param(
+              "sharing_lasts", &P::sharing_lasts, "1", {1, 1e4},
+              "samples of 20 ms in a row whose sharing errs alike, so that they teach of tyres no more than one does"),
           param("drive_spread", &P::drive_spread, "1", {0, 1},
                 "standard deviation of the drive force, relative to what the model says; 0: it is known"),
           param("brake_spread", &P::brake_spread, "1", {0, 1},
@@ -65,7 +66,7 @@ constexpr auto declare_parameters() {
           param("change", &P::change, "1", {0, 2}, "relative uncertainty of friction after such a change"),
           param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "noise of vx and vy to begin with"),
           param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10}, "noise of the yaw rate to begin with"),
-          param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations at best"),
+          param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations over 20 ms at best"),
           param("slowest", &P::slowest, "m/s", {0, 100}, "speed below which samples teach nothing")},
       learning::ellipse_parameters<P>());
 }

@@ -20,9 +20,9 @@ namespace gripline::time_optimal {
 struct AdaptiveOptions {
   double tolerance = 0.03;     // of tyre force over peak, or of resistance over weight, that makes a member out of date
   double slip_range = 0.6;     // over which tyres are compared [rad]
-  int latency = 25;            // steps between order and use, at least
-  double work_per_step = 1e9;  // nodes times iterations that the other core gets done in a step
-  int transition = 25;         // steps in which a member goes over to its new lap
+  int latency = 25;            // control steps between order and use, at least
+  double work_per_step = 1e9;  // nodes times iterations that the other core gets done in a control step
+  int transition = 25;         // control steps in which a member goes over to its new lap
 };
 
 class AdaptiveLaps {

@@ -13,23 +13,17 @@ namespace gripline::time_optimal {
 namespace {
 
 constexpr double least_barrier = 2e-5, first_barrier = 1e-2;  // [s]
-constexpr double restart_barrier = 1e-3;  // of a window that found nothing better for most_failed steps
-constexpr int most_failed = 8;
+constexpr double restart_barrier = 1e-3;                      // of a window that was stuck (window_health.hpp)
 constexpr double small_step = 0.02, small_defect = 2e-3;
 constexpr double drivable_defect = 0.01;  // of dynamics and constraints, in typical sizes
 // An iterate at a small barrier is a poor start for another problem: slacks that hold are next to zero.
 constexpr double barrier_per_change = 0.01;                     // barrier over the change of the belief [s]
 constexpr double least_change = 0.005, stalled_barrier = 2e-4;  // changes and stalls that raise it
 constexpr double driven_barrier = 1e-4;  // of what is driven: it costs a part of that per constraint
-constexpr int most_stalled = 15;         // control steps without a plan that can be driven
 // A plan that begins at a car which has left its last one: it may keep away further from constraints, obey the dynamics
 // less well, takes more Newton steps and is followed faster.
 constexpr double astray_barrier = 1e-3, astray_defect = 0.03, astray_follow = 0.5;
 constexpr int astray_work = 3;  // times the Newton steps of other control steps
-// A window without a plan begins again after so many control steps, each time later by as many, up to the most; where
-// the belief has moved by `other_car` (of tyre force over its peak, or of resistance over weight) after the fewest.
-constexpr int first_patience = 50, most_patience = 150, least_patience = 25;
-constexpr double other_car = 0.05;
 
 // Nodes of a window that may be a large part of the lap. From the base line longer ones settle in laps with parts that
 // are driven backwards, and one that never leaves such a part keeps it.
@@ -54,8 +48,7 @@ RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const Re
       mu_(mu_of(car.tyres)),
       lap_(setup, car.tyres),
       window_(setup, std::min(most_nodes_, short_window), options.ahead),
-      driven_(setup, mu_),
-      patience_(first_patience) {
+      driven_(setup, mu_) {
   tell_solver();
   solve_whole_lap();
   lap_.remember();
@@ -84,7 +77,7 @@ void RecedingLaps::solve_once(double barrier) {
   begin_ = slowed(window_.first());
   end_ = slowed(window_.last());
   barrier_ = barrier;
-  failed_ = 0;
+  health_.restart();
   for (int i = 0; i < most; ++i)
     if (improve() && barrier_ <= least_barrier) break;
 }
@@ -102,7 +95,7 @@ void RecedingLaps::place_window(std::size_t first) {
   if (window_.reaches(first)) {
     const std::size_t passed = window_.nodes_to(first);
     // Nodes that are left behind without a plan would be a poor start for the next lap.
-    if (lost_ > least_patience)
+    if (health_.is_lost())
       for (std::size_t k = 0; k < passed; ++k) lap_.reset(window_.node(k), mu_at(window_.node(k)));
     nodes_until_retry_ -= std::min(nodes_until_retry_, passed);
   }
@@ -128,12 +121,12 @@ bool RecedingLaps::improve() {
   const WindowStep step = solver_.iterate(lap_.nodes(), window_.first(), window_.count(), barrier_, begin_, end_);
   ++iterations_;
   defect_ = step.near_defect;
+  health_.newton_step(step.good);
   if (!step.good) {
     ++failures_;
-    if (++failed_ > most_failed) start_again(restart_barrier);
+    if (health_.is_stuck()) start_again(restart_barrier);
     return false;
   }
-  failed_ = 0;
   if (step.near_change > small_step || step.near_defect > small_defect || step.share < 0.5) return false;
   const bool last = barrier_ <= least_barrier;
   barrier_ = std::max(least_barrier, 0.2 * barrier_);
@@ -175,7 +168,7 @@ void RecedingLaps::start_again(double barrier) {
   end_ = lap_.at(window_.last());
   barrier_ = barrier;
   defect_ = std::numeric_limits<double>::infinity();  // not known before the next step
-  failed_ = 0;
+  health_.restart();
 }
 
 /// The window at a share of the friction it was for.
@@ -212,10 +205,6 @@ void RecedingLaps::tell_solver() {
   solver_.set_car(car_.tyres, {car_.resistance.rolling - known.rolling, car_.resistance.drag - known.drag});
 }
 
-bool RecedingLaps::begin_again_is_due(double moved) const {
-  return lost_ > patience_ || (lost_ > least_patience && moved > other_car);
-}
-
 /// The car that is solved for goes towards the one believed: to less friction at once, else in steps that a warm start
 /// bears, and then it waits for a window that does not obey the dynamics. A window that never does, as no car could
 /// that is solved for, begins again with the car believed.
@@ -226,7 +215,7 @@ void RecedingLaps::advance_belief(const CarBelief& car, double spread) {
   if (!finite(car)) return;
   const double resolution = std::max(finest, share_of_spread * spread);
   double moved = difference_to(car);
-  if (begin_again_is_due(moved)) {
+  if (health_.is_given_up(moved)) {
     begin_again_for(car, moved);
     return;
   }
@@ -249,8 +238,7 @@ void RecedingLaps::advance_belief(const CarBelief& car, double spread) {
 }
 
 void RecedingLaps::begin_again_for(const CarBelief& car, double moved) {
-  patience_ = moved > other_car ? first_patience : std::min(patience_ + first_patience, most_patience);
-  lost_ = 0;
+  health_.begin_for(moved);
   settled_ = following_ = false;
   car_ = car;
   mu_ = mu_of(car_.tyres);
@@ -280,12 +268,9 @@ void RecedingLaps::step(const CarBelief& car, double spread, double station, Lap
   advance_belief(car, spread);
   if (astray != nullptr) begin_ = passed_with(*setup_, *astray, window_.first());  // not slower, whatever is believed
   was_astray_ = astray != nullptr;
-  const int most = (astray != nullptr ? astray_work : 1) * options_.iterations;
-  const bool unsettled = !settled_;
-  for (int i = 0; i < most && !settled_; ++i) settled_ = improve();
-  if (unsettled && settled_) leave_a_plan_that_stops();
+  solve((astray != nullptr ? astray_work : 1) * options_.iterations);
   const bool drivable = settled_ || defect_ < drivable_defect;
-  count_steps_without_a_plan(drivable);
+  if (health_.control_step(drivable)) raise_barrier_of_a_stall();
   if (astray != nullptr) {
     if (defect_ < astray_defect && barrier_ <= astray_barrier) publish(plan, 0, astray_follow);
   } else if (drivable && barrier_ <= driven_barrier) {
@@ -295,15 +280,15 @@ void RecedingLaps::step(const CarBelief& car, double spread, double station, Lap
   changed_ = window_.count();
 }
 
-/// A window that finds no plan for some time gets a larger barrier.
-void RecedingLaps::count_steps_without_a_plan(bool drivable) {
-  stalled_ = drivable ? 0 : stalled_ + 1;
-  lost_ = drivable ? 0 : lost_ + 1;
-  if (drivable) patience_ = first_patience;
-  if (stalled_ > most_stalled) {
-    barrier_ = std::min(first_barrier, std::max(stalled_barrier, 5.0 * barrier_));
-    stalled_ = 0;
-  }
+/// Newton steps until the window is settled.
+void RecedingLaps::solve(int most_steps) {
+  if (settled_) return;
+  for (int i = 0; i < most_steps && !settled_; ++i) settled_ = improve();
+  if (settled_) leave_a_plan_that_stops();
+}
+
+void RecedingLaps::raise_barrier_of_a_stall() {
+  barrier_ = std::min(first_barrier, std::max(stalled_barrier, 5.0 * barrier_));
 }
 
 /// The driven plan goes a share of the way to the window's, from its node `from` (0 or 1) on.

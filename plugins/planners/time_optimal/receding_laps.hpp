@@ -18,7 +18,8 @@
 // quadratic penalty of the begin finds the nearest state with one (window_solver.hpp).
 //
 // A belief need not be one of a car that can be driven. While no plan is found the old one is driven; the window begins
-// again now and then from the first lap, for the belief of that moment, sooner when the belief has moved.
+// again now and then from the first lap, for the belief of that moment (window_health.hpp), sooner when the belief has
+// moved.
 #pragma once
 
 #include <cstddef>
@@ -28,6 +29,7 @@
 #include "planners/time_optimal/lap_plan.hpp"
 #include "planners/time_optimal/lap_setup.hpp"
 #include "planners/time_optimal/lap_window.hpp"
+#include "planners/time_optimal/window_health.hpp"
 #include "planners/time_optimal/window_solver.hpp"
 
 namespace gripline::time_optimal {
@@ -86,12 +88,12 @@ class RecedingLaps {
   void tell_solver();
 
   // How it is solved.
+  void solve(int most_steps);
   bool improve();
   void start_again(double barrier);
-  bool begin_again_is_due(double moved) const;
   void leave_a_plan_that_stops();
   double time_over(std::size_t interval, const States& z) const;
-  void count_steps_without_a_plan(bool drivable);
+  void raise_barrier_of_a_stall();
 
   void publish(LapPlan& plan, std::size_t from, double share);
 
@@ -107,11 +109,7 @@ class RecedingLaps {
   States begin_{}, end_{};  // near which the window begins and ends
   std::size_t changed_ = 0;
   double barrier_ = 0, defect_ = 0;
-  int failed_ = 0;  // Newton steps one after the other that found nothing better
-  // Control steps one after the other without a plan that can be driven:
-  int stalled_ = 0;  // since the barrier was last raised for that
-  int lost_ = 0;     // since the window last began again from the first lap for the car believed
-  int patience_;     // lost_ beyond which it does so
+  WindowHealth health_;
   bool settled_ = false;
   std::size_t nodes_until_retry_ = 0;  // nodes that the window moves on before it may begin again from the first lap
   bool was_astray_ = false;            // the car, in the last control step

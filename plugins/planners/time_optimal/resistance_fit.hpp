@@ -3,7 +3,8 @@
 //   y = straight - (vx' - vy omega + Ff sin(delta) / m + g sin(grade)),   straight: the nominal model's vx' at no slip
 //   (rolling, drag) minimise  sum_i retain^((t - t_i) / 20 ms) (y_i - rolling - drag v_i^2)^2 / noise^2 + prior
 //
-// a memory of 20 s, whatever the control step is.
+// a memory of 20 s, whatever the control step is. vx' is a difference of two noisy readings: y is that over 20 ms, the
+// mean over as many shorter steps, since over one of them noise alone would pass for more than a resistance can be.
 //
 // A planner is told the learned tyres (TyreCurve) but not the rest of what its stack learned; this is the rest it
 // needs.
@@ -33,7 +34,13 @@ class ResistanceFit {
     const double change = (now.x.vx - before.x.vx) / dt;
     const double turn = vy * omega - front.force(slip) * std::sin(delta);
     const double expected = nominal.rates(straight, Input{now.d, 0.0}, Place{}).vx - gravity * std::sin(now.at.grade);
-    add(expected + turn - change, straight.vx, std::pow(retain, dt / retain_time));
+    steps_.add(expected + turn, change, straight.vx);
+    const double passed = steps_.count * dt;
+    constexpr double rounding = 1e-9;
+    if (passed < (1.0 - rounding) * retain_time) return;
+    add((steps_.expected - steps_.change) / steps_.count, steps_.speed / steps_.count,
+        std::pow(retain, passed / retain_time));
+    steps_ = {};
   }
 
   SpecificResistance value() const {
@@ -45,14 +52,14 @@ class ResistanceFit {
   }
 
  private:
-  static constexpr double noise = 1.0;             // of one step's y [m/s2]
+  static constexpr double noise = 1.0;             // of one y [m/s2]
   static constexpr double spread = 0.3 * gravity;  // of the prior, both parts [m/s2]
   static constexpr double retain = 0.999;          // share of what was seen that counts after retain_time
   static constexpr double retain_time = 0.02;      // [s]
 
   void add(double y, double v, double retained) {
     const double rest = y - prior_.at(v), u = v * v / v_ref2_;
-    if (std::abs(rest) > 2.0 * gravity) return;  // not a resistance: a crash, a jump of the sensors
+    if (!(std::abs(rest) <= 2.0 * gravity)) return;  // not a resistance: a crash, a jump of the sensors, no number
     for (double* sum : {&a11_, &a12_, &a22_, &b1_, &b2_}) *sum *= retained;
     a11_ += 1.0;
     a12_ += u;
@@ -61,8 +68,22 @@ class ResistanceFit {
     b2_ += u * rest;
   }
 
+  /// Sums over the steps since the last y.
+  struct Steps {
+    int count = 0;
+    double expected = 0, change = 0;  // of vx' at no resistance, and as it was [m/s2]
+    double speed = 0;                 // [m/s]
+    void add(double expected_now, double change_now, double speed_now) {
+      ++count;
+      expected += expected_now;
+      change += change_now;
+      speed += speed_now;
+    }
+  };
+
   SpecificResistance prior_;
   double v_ref2_;
+  Steps steps_;
   double a11_ = 0, a12_ = 0, a22_ = 0, b1_ = 0, b2_ = 0;
 };
 

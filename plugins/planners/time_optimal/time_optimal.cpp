@@ -8,6 +8,7 @@
 // of the step in which that is due. Such a step allocates and lasts as long as a solve of Ipopt: a simulated race
 // waits.
 #include <algorithm>
+#include <cmath>
 #include <gripline/plugin.hpp>
 
 #include "common/planning/planned_friction.hpp"
@@ -36,7 +37,8 @@ class TimeOptimal final : public LapPlanner {
                                      param("solver_rate", &P::solver_rate, "1/s", {100, 1e9},
                                            "nodes times iterations that another core solves in a second"),
                                      param("latency", &P::latency, "1", {0, 10000},
-                                           "control steps that a solve takes at least, on another core")});
+                                           "steps of 20 ms that a solve takes at least, on another core, and so does "
+                                           "the change to its lap")});
   }
 
   TimeOptimal(const PluginContext& context, const Params& params)
@@ -46,9 +48,9 @@ class TimeOptimal final : public LapPlanner {
                             context.cache_dir, {context.progress, context.progress_context}),
               {.tolerance = params.tolerance,
                .slip_range = params.slip_bound,
-               .latency = params.latency,
+               .latency = control_steps(params.latency, context.dt),
                .work_per_step = params.solver_rate * context.dt,
-               .transition = std::max(1, params.latency)}) {
+               .transition = std::max(1, control_steps(params.latency, context.dt))}) {
     laps_.step(nullptr, mu_lap(), plan_);
     followed().set(plan_);
   }
@@ -61,6 +63,12 @@ class TimeOptimal final : public LapPlanner {
   }
 
  private:
+  /// Those of dt [s] that last as long as so many of 20 ms, at least.
+  static int control_steps(int of_20_ms, double dt) {
+    constexpr double rounding = 1e-6;  // of a step
+    return static_cast<int>(std::ceil(of_20_ms * (0.02 / dt) - rounding));
+  }
+
   AdaptiveLaps laps_;
 };
 

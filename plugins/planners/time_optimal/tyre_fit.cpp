@@ -91,12 +91,14 @@ MagicFormula fit_axle(std::span<const double> slip, std::span<const double> forc
   const AxleFitCost cost(slip, force, sigma, prior);
   Eigen::Vector3d p = cost.start();
   SquareSum here = cost.at(p);
+  // Beyond 2 a curve turns negative at large slips: only as far as the prior says so.
+  const double largest_C = std::max(2.0, prior.shape.C);
   double damping = 1e-3;
   for (int iteration = 0; iteration < 20; ++iteration) {
     Eigen::Matrix3d normal = here.normal;
     normal.diagonal() *= 1.0 + damping;
     Eigen::Vector3d trial = p - normal.ldlt().solve(here.gradient);
-    trial[1] = std::clamp(trial[1], 1.0, 2.0);
+    trial[1] = std::clamp(trial[1], 1.0, largest_C);
     trial[0] = std::clamp(trial[0], cost.start()[0] - 2.0, cost.start()[0] + 2.0);
     const SquareSum tried = cost.at(trial);
     if (tried.total < here.total) {

@@ -389,6 +389,50 @@ TEST(ElmRls, AWrongSharingThatLastsTeachesLittleOfTheTyres) {
   EXPECT_LT(std::abs(lasting), 0.75 * averaged);
 }
 
+/// What is believed of the true car after eight seconds of a slalom, half of it driven, in steps of 20 ms over `parts`
+/// under the same commands.
+Belief learned_in_short_steps(int parts, const Settings& settings) {
+  Nominal nominal("ekinematic");
+  const auto rls = make_estimator("elm_rls", nominal, settings);
+  const TrueCar truth;
+  const auto moved = [](State x, const State& rates, double by) {
+    x.vx += by * rates.vx;
+    x.vy += by * rates.vy;
+    x.omega += by * rates.omega;
+    return x;
+  };
+  State x;
+  x.vx = 2.0;
+  for (int i = 0; i < 400 * parts; ++i) {
+    const int held = i / parts;
+    Sample k;
+    k.dt = dt / parts;
+    k.x = x;
+    k.u.d = held % 50 < 25 ? 0.25 : 0.0;
+    x.delta = 0.25 * std::sin(8.0 * held * dt);
+    constexpr double h = dt / 20;
+    for (int j = 0; j < 20 / parts; ++j) x = moved(x, truth.rates(moved(x, truth.rates(x, k.u.d), 0.5 * h), k.u.d), h);
+    k.x_next = x;
+    rls->update(k);
+  }
+  return rls->belief();
+}
+
+// Where readings have next to no noise, what the equations leave out limits how well friction is known.
+TEST(ElmRls, IsNoSurerAtShorterSteps) {
+  const Settings exact = {{"sigma_v", 1e-3}, {"sigma_omega", 0.01}, {"misfit", 0.2}};
+  Settings sharing = {{"sharing_spread", 1}, {"sharing_lasts", 9}, {"ellipse", 0.4}, {"drive_front", 0.5}};
+  sharing.insert(exact.begin(), exact.end());
+  for (const Settings& settings : {exact, sharing}) {
+    const Belief usual = learned_in_short_steps(1, settings);
+    for (const int parts : {2, 4}) {
+      const Belief often = learned_in_short_steps(parts, settings);
+      EXPECT_NEAR(often.sigma_front, usual.sigma_front, 0.04 * usual.sigma_front) << parts;
+      EXPECT_NEAR(often.sigma_rear, usual.sigma_rear, 0.04 * usual.sigma_rear) << parts;
+    }
+  }
+}
+
 /// Largest error of vx' straight ahead, with full throttle to full brake, of the 1:43 car behind a nominal model that
 /// is told `share` of its motor and brakes.
 double straight_error(double spread, double share) {

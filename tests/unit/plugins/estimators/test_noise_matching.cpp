@@ -7,12 +7,13 @@
 namespace gripline::elm_rls {
 namespace test_noise_matching {
 
+constexpr double dt = 0.02;  // [s]
 const NoiseMatching::Told told{{0.1, 0.2, 0.3}, {1.0, 2.0, 3.0}};
 
 /// Matches `steps` innovations of variance 1 in channel 1 whose errors change sign (as noise may) or keep it (as what
 /// the equations leave out).
 void match(NoiseMatching& noise, double error, bool lasting, int steps) {
-  for (int i = 0; i < steps; ++i) noise.match(1, {lasting || i % 2 == 0 ? error : -error, 1.0});
+  for (int i = 0; i < steps; ++i) noise.match(1, {lasting || i % 2 == 0 ? error : -error, 1.0}, dt);
 }
 
 TEST(NoiseMatching, BeginsWithWhatIsTold) {
@@ -41,6 +42,25 @@ TEST(NoiseMatching, MisfitGrowsWhereErrorsLastOnly) {
   EXPECT_GT(lasting.misfit(1), 1.3 * told.misfit[1]);
 }
 
+/// Misfit over that told after `seconds` of errors in steps of `step`, which are as noisy in their mean over 20 ms
+/// whatever the step is: each has as many times the variance as the step is shorter.
+double misfit_after(double seconds, double step, double error, bool lasting = true) {
+  NoiseMatching noise(told);
+  for (int i = 0; i < static_cast<int>(std::lround(seconds / step)); ++i)
+    noise.match(1, {lasting || i % 2 == 0 ? error : -error, dt / step}, step);
+  return noise.misfit(1) / told.misfit[1];
+}
+
+TEST(NoiseMatching, WhatLastsIsSeenAsWellAtShorterSteps) {
+  const double expected = misfit_after(2.0, dt, 0.6);
+  EXPECT_GT(expected, 1.5);
+  for (const double step : {0.01, 0.005, 0.002}) {
+    EXPECT_NEAR(misfit_after(2.0, step, 0.6), expected, 1e-9) << step;
+    EXPECT_EQ(misfit_after(2.0, step, 0.6, false), 1.0) << step;
+  }
+  EXPECT_GT(misfit_after(2.0, 0.04, 0.6), 1.3);  // one by one
+}
+
 TEST(NoiseMatching, StaysWithinBoundsOfItsOwnChannel) {
   NoiseMatching small(told), large(told);
   match(small, 0.0, false, 5000);
@@ -57,7 +77,7 @@ TEST(NoiseMatching, StaysWithinBoundsOfItsOwnChannel) {
 
 TEST(NoiseMatching, OneInnovationFarOffMovesSigmaByOneAndAHalfPercent) {
   NoiseMatching noise(told);
-  noise.match(1, {1e6, 1.0});
+  noise.match(1, {1e6, 1.0}, dt);
   EXPECT_NEAR(noise.sigma()[1], told.sigma[1] * std::exp(0.015), 1e-12);
 }
 
@@ -79,7 +99,7 @@ TEST(NoiseMatching, StartsOver) {
   noise.start_over();
   EXPECT_EQ(noise.sigma()[1], told.sigma[1]);
   EXPECT_EQ(noise.misfit(1), told.misfit[1]);
-  noise.match(1, {1.0, 1.0});  // follows nothing
+  noise.match(1, {1.0, 1.0}, dt);  // follows nothing
   EXPECT_EQ(noise.misfit(1), told.misfit[1]);
 }
 

@@ -171,6 +171,18 @@ TEST(TyreFit, StaysNearTheBeliefWhereNothingWasLearned) {
   EXPECT_NEAR(fit.B, 4.0, 0.05);
 }
 
+// front_C and rear_C may be up to 3.
+TEST(TyreFit, KeepsAShapeBeyondTwoThatItIsTold) {
+  const AxlePrior prior{{3.0, 2.6, 6.0}, 0.3};
+  const MagicFormula truth{3.0, 2.6, 5.4};
+  const std::vector<double> slip = slips(0.4);
+  const MagicFormula fit = fit_axle(slip, forces(truth, slip), {}, prior);
+  EXPECT_NEAR(fit.C, 2.6, 0.05);
+  for (const double one : slip) EXPECT_NEAR(fit.force(one), truth.force(one), 0.015 * truth.D);
+  const AxlePrior usual{{4.0, 1.3, 6.0}, 0.3};
+  EXPECT_LE(fit_axle(slip, forces(truth, slip), {}, usual).C, 2.0);
+}
+
 TEST(TyreFit, DifferenceIsRelativeToThePeak) {
   AxleTyres weaker = true_tyres();
   weaker.rear.D *= 0.9;
@@ -203,8 +215,9 @@ class Curve final : public TyreCurve {
 
 class TimeOptimalTest : public ::testing::Test, protected PlannerRig {
  protected:
-  Instance<SpeedPlanner> make(const Track& track, Changes changes, const char* cache = nullptr) {
+  Instance<SpeedPlanner> make(const Track& track, Changes changes, const char* cache = nullptr, double dt = 0.02) {
     PluginContext context = context_on(track);
+    context.dt = dt;
     context.cache_dir = cache;
     context.progress = [](void* context, const char*, double fraction) {
       static_cast<std::vector<double>*>(context)->push_back(fraction);
@@ -444,6 +457,33 @@ TEST_F(TimeOptimalTest, ASolvedLapIsDrivenWhenItsWorkIsDone) {
   EXPECT_GT(slow, at_once + 2 * latency);
   EXPECT_LT(slower, 160);
   EXPECT_NEAR(slower - slow, slow - at_once + latency, 2);  // ordered in one step, the work done twice as slowly
+}
+
+// Steps of the latency are those of 20 ms, whatever a control step is, and so are those of the change to the new lap.
+TEST_F(TimeOptimalTest, ASolvedLapWaitsAndComesAsLongAtAnyStep) {
+  constexpr int latency = 10;
+  const Curve learned(true_tyres());
+  const auto speed_after = [&](double seconds, double dt) {
+    const auto planner = make(
+        mobil_, coarse({{"latency", latency}, {"solver_rate", 1e9}, {"factor", 1.0}, {"start", 0.75}}), nullptr, dt);
+    std::vector<RefPoint> horizon(2);
+    for (int i = 0; i <= static_cast<int>(std::lround(seconds / dt)); ++i) {
+      Observation now = at_line(*planner, 150);
+      now.x.vy = i % 2 == 0 ? 0.5 : -0.5;
+      planner->plan(now, believe(0.75), &learned, horizon);
+    }
+    const bool is_solved = seconds > 0.02 * latency;
+    EXPECT_NEAR(planner->latency(), is_solved ? 0.02 * latency + dt : 0.0, 1e-9) << dt;
+    return horizon[0].v;
+  };
+  const auto share_of_change = [&](double dt) {
+    const double before = speed_after(0.2, dt), on_the_way = speed_after(0.32, dt), after = speed_after(0.4, dt);
+    EXPECT_GT(after - before, 0.05) << dt;
+    return (on_the_way - before) / (after - before);
+  };
+  const double usual = share_of_change(0.02);
+  EXPECT_NEAR(usual, 0.6, 0.05);
+  for (const double dt : {0.01, 0.04}) EXPECT_NEAR(share_of_change(dt), usual, 0.01) << dt;
 }
 
 TEST_F(TimeOptimalTest, LibraryIsKeptByContent) {
