@@ -288,7 +288,7 @@ TEST(MissingEffects, AnOffsetOfTheYawRateIsNamedWhereYawSaysSo) {
 /// where one of them does not show its noise, it is not known.
 TEST(MissingEffects, NoiseOfSensorsIsThatOfEveryChannelOrUnknown) {
   const auto noise_with = [](std::size_t every) {
-    return found_in_log_of(R"({"plant": {"effects": []}})", "{}", {.seconds = 60, .noise = 1}, {},
+    return found_in_log_of(R"({"plant": {"effects": []}})", "{}", {.seconds = 60, .noise = 10}, {},
                            [&](measured::Session& s) {
                              for (std::size_t row = 0; row < s.rows(); ++row)
                                if (row % every != 0) s.reading[row * measured::channels + 5] = NAN;
