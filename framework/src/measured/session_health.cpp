@@ -151,7 +151,7 @@ void clip(Values& y) {
     if (!std::isnan(v)) v = std::clamp(v, -most, most);
 }
 
-/// The part of a signal that shows delays: without jumps, noise below 0.1 s, or of sparse readings below two of them, and
+/// The part of a signal that shows delays: without jumps, noise below 0.1 s (of sparse readings below two of them) and
 /// trends over several seconds.
 Values manoeuvres(Values y, const Grid& grid) {
   clip(y);
@@ -265,8 +265,8 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
   std::sort(drawn.begin(), drawn.end());
   delay.low = std::min(drawn[static_cast<std::size_t>(0.025 * draws)], delay.seconds);
   delay.high = std::max(drawn[static_cast<std::size_t>(0.975 * draws)], delay.seconds);
-  // Where the two differ by more, it is no pure delay that makes the channels differ. Differences of sparse readings are
-  // mostly noise: there the correlation's own interval says what agrees with it.
+  // Where the two differ by more, it is no pure delay that makes the channels differ. Differences of sparse readings
+  // are mostly noise: there the correlation's own interval says what agrees with it.
   constexpr double agree = 0.5;  // of a step
   if (motion)
     if (const auto fine = fine_delay(motion->rate, motion->sum, grid.dt, delay.seconds);
@@ -478,6 +478,19 @@ void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
   }
 }
 
+/// Commands that repeat in step and are taken for new in each row.
+void repeated_commands(const Session& s, std::vector<Finding>& out) {
+  const auto look_at = [&](double CommandSample<double>::*command, bool known, const char* name) {
+    Values values;
+    for (const CommandSample<double>& c : s.command) values.push_back(c.*command);
+    if (const double every = rows_between_new(s.t, values); !known && every > 1.0)
+      out.push_back({Level::note, name, "a new value every " + significant(every) + " rows",
+                     "read as linear between rows: say \"hold\": \"held\" in the map"});
+  };
+  if (!s.prescribed_speed) look_at(&CommandSample<double>::d, s.held_throttle || s.throttle_every > 0.0, "d");
+  look_at(&CommandSample<double>::delta, s.held_steering || s.steering_every > 0.0, "delta");
+}
+
 void jumps(const SessionFile& file, std::vector<Finding>& out) {
   const Session& s = file.session;
   for (std::size_t c = 0; c < channels; ++c) {
@@ -534,6 +547,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
   std::vector<Finding> out = file.findings;
   rate_and_gaps(file, out);
   held_and_jumping(file, out);
+  repeated_commands(s, out);
   jumps(file, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
   for (Finding& finding : doubts_about(file)) out.push_back(std::move(finding));

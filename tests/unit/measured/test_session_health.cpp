@@ -265,5 +265,28 @@ TEST(SessionHealth, EveryOtherRowThatRepeatsIsHeld) {
   EXPECT_EQ(hints(2), "x a new value every 2 rows; y a new value every 2 rows; ");
 }
 
+/// Commands of 12.5 Hz in rows of 25 Hz, through a map that says so or does not.
+TEST(SessionHealth, CommandsThatRepeatInStepAreTold) {
+  SessionFile file;
+  file.row_step = 0.04;
+  CommandSample<double> last;
+  file.session = wandering([&](double t, std::size_t k, auto&, auto& command, auto&, auto&) {
+    if (k % 2 == 0) last = {0.3 + 0.2 * std::sin(0.4 * t), command.delta};
+    command = last;
+  });
+  const auto told = [&] {
+    std::string names;
+    for (const Finding& f : health_of(file))
+      if (f.done.find("linear between rows: say \"hold\": \"held\"") != std::string::npos)
+        names += f.check + " " + f.found + "; ";
+    return names;
+  };
+  EXPECT_EQ(told(), "d a new value every 2 rows; delta a new value every 2 rows; ");
+  file.session.held_throttle = true;
+  EXPECT_EQ(told(), "delta a new value every 2 rows; ");
+  file.session.steering_every = 0.08;
+  EXPECT_EQ(told(), "");
+}
+
 }  // namespace test_session_health
 }  // namespace gripline::measured

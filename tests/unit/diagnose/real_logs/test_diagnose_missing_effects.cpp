@@ -284,8 +284,8 @@ TEST(MissingEffects, AnOffsetOfTheYawRateIsNamedWhereYawSaysSo) {
   EXPECT_FALSE(contradicted.named.empty()) << "the yaw rate is off, whatever for";
 }
 
-/// What sensors alone would leave is of all channels that errors are of, also of those that are read in few of the rows;
-/// where one of them does not show its noise, it is not known.
+/// What sensors alone would leave is of all channels that errors are of, also of those that are read in few of the
+/// rows; where one of them does not show its noise, it is not known.
 TEST(MissingEffects, NoiseOfSensorsIsThatOfEveryChannelOrUnknown) {
   const auto noise_with = [](std::size_t every) {
     return found_in_log_of(R"({"plant": {"effects": []}})", "{}", {.seconds = 60, .noise = 10}, {},
