@@ -197,6 +197,27 @@ TEST_F(RealCars, AGuessedMapLeavesOpenWhatNoNameTellsAndReplacesNoOtherUnasked) 
   EXPECT_NE(contents(in("guess.json")), map);
 }
 
+/// Commands of a map are linear unless it says otherwise; where the world holds them, that is told.
+TEST_F(RealCars, CommandsThatTheWorldHoldsAndTheMapDoesNotAreTold) {
+  drive("log.csv", "{}", {.seconds = 30, .noise = 1});
+  const auto told = [&](const char* world_hold, const std::string& of_map) {
+    std::ofstream(world()) << to_json_text(
+        merge(small_car_world(), json(std::string(R"({"input_hold": ")") + world_hold + "\"}")));
+    std::string text = contents(map());
+    for (std::size_t at = 0; (at = text.find("\"command\"}", at)) != std::string::npos; ++at)
+      text.replace(at, 10, "\"command\"" + of_map + "}");
+    std::ofstream(in("said.json")) << text;
+    const Outcome outcome = gripline_with({"predict", world(), in("log.csv"), "--map", in("said.json")});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(told("zoh", ""), HasSubstr("said.json: d and delta are read as linear between rows"));
+  EXPECT_THAT(told("rate", ""), HasSubstr("said.json: d is read as linear between rows"));
+  EXPECT_THAT(told("foh", ""), Not(HasSubstr("linear")));
+  EXPECT_THAT(told("zoh", R"(, "hold": "sampled")"), Not(HasSubstr("linear")));
+  EXPECT_THAT(told("zoh", R"(, "hold": "held")"), Not(HasSubstr("linear")));
+}
+
 /// Rows without a speed just where starts would be, and a place that no car can be at: errors are told all the same.
 TEST_F(RealCars, PredictionsStartAtTheNextGoodRowAndOutliersAreNoErrors) {
   Session s = drive("log.csv", "{}", {.seconds = 30, .noise = 1});

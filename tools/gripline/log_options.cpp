@@ -54,6 +54,24 @@ bool is_form(const measured::Finding& f) {
   return f.check == "place" && f.found == "latitude and longitude";
 }
 
+/// Whether a world holds a command between steps that a map has without a word on what it does between rows.
+bool is_silent(const std::optional<measured::MappedChannel>& command, bool held_in_world) {
+  return held_in_world && command && command->command && !command->hold_given && command->every == 0.0;
+}
+
+/// A map's commands are linear between rows unless it says otherwise, whatever the world does.
+void tell_linear_commands(const measured::LogMap& map, const WorldSpec& world) {
+  const bool d = is_silent(map[measured::Source::d], world.hold != Hold::foh),
+             delta = is_silent(map[measured::Source::delta], world.hold == Hold::zoh);
+  if (!d && !delta) return;
+  std::cerr << map.file.string() << ": "
+            << (d && delta ? "d and delta are"
+                : d        ? "d is"
+                           : "delta is")
+            << " read as linear between rows, though the world's input_hold is not \"foh\": the map does not say "
+               "\"hold\": \"held\" (\"sampled\" if they are linear)\n";
+}
+
 }  // namespace
 
 void add_log_options(po::options_description& visible) {
@@ -108,7 +126,11 @@ LogWorld read_log_world(const fs::path& file, const po::variables_map& given, co
 }
 
 measured::LogMap map_option(const po::variables_map& given, const WorldSpec& world) {
-  if (const auto map = text_of(given, "map")) return measured::load_log_map(*map);
+  if (const auto file = text_of(given, "map")) {
+    measured::LogMap map = measured::load_log_map(*file);
+    tell_linear_commands(map, world);
+    return map;
+  }
   measured::LogMap own = measured::gripline_map();
   own.channel[static_cast<std::size_t>(measured::Source::d)]->held = world.hold != Hold::foh;
   own.channel[static_cast<std::size_t>(measured::Source::delta)]->held = world.hold == Hold::zoh;

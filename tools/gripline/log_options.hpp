@@ -29,7 +29,8 @@ struct LogWorld {
 LogWorld read_log_world(const std::filesystem::path& file, const boost::program_options::variables_map& given,
                         const Registry& registry);
 
-/// The map that --map names. Without it a gripline log's, whose commands act between rows as the world's input_hold
+/// The map that --map names; says on stderr where its commands are linear between rows and the world's are not, and the
+/// map does not say so. Without it a gripline log's, whose commands act between rows as the world's input_hold
 /// says.
 measured::LogMap map_option(const boost::program_options::variables_map& given, const WorldSpec& world);
 

@@ -8,6 +8,7 @@
 #include "config/errors.hpp"
 #include "config/units.hpp"
 #include "measured/column_names.hpp"
+#include "measured/held_readings.hpp"
 #include "measured/log_map.hpp"
 #include "measured/unit_checks.hpp"
 #include "util/numbers.hpp"
@@ -324,6 +325,21 @@ class Guesser {
     channels_.set("yaw_rate", channel("column", name(c), unit));
   }
 
+  /// Whether the logger repeats a command until there is a new one.
+  bool is_repeated(int c) {
+    if (time_.is_null()) return false;
+    Values t = values(column("time"));
+    const double second = to_si("1 " + time_.find("unit")->text(), "s");
+    for (double& v : t) v *= second;
+    const double every = rows_between_new(t, values(c));
+    if (!(every > 1.0)) return false;
+    remarks_.push_back(name(c) + ": a new value every " + significant(every) +
+                       " rows; taken for a command that is held until the next one (\"every\" in place of \"hold\" "
+                       "where the car's own "
+                       "moves in between)");
+    return true;
+  }
+
   /// What makes a pedal's column run from 0 to 1.
   std::string share(int c) {
     const double most = quantile_of_size(values(c), 1.0);
@@ -354,6 +370,7 @@ class Guesser {
     }
     Node node = channel("formula", formula, "1", false);
     node.set("kind", Node("command"));
+    if (is_repeated(d >= 0 ? d : throttle)) node.set("hold", Node("held"));
     channels_.set("d", std::move(node));
     if (d < 0 && brake < 0) name_brake(share(throttle));
   }
@@ -456,6 +473,7 @@ class Guesser {
       node.set("sign", Node(-1.0));
       remarks_.push_back("delta: positive to the right; its sign is turned");
     }
+    if (is_repeated(c)) node.set("hold", Node("held"));
     channels_.set("delta", std::move(node));
   }
 

@@ -114,6 +114,7 @@ MappedChannel read_channel(const Node& node, const char* unit, Errors& errors, L
   channel.sign = r.number("sign", "1", NumberRange::closed(-1.0, 1.0), 1.0);
   if (channel.sign != 1.0 && channel.sign != -1.0) r.error_at("sign", "expected 1 or -1");
   channel.command = r.choice<bool>("kind", {{"command", true}, {"measurement", false}}, false);
+  channel.hold_given = r.has("hold");
   channel.held = r.choice<bool>("hold", {{"held", true}, {"sampled", false}}, false);
   channel.every = r.number("every", "s", NumberRange::closed(0.0, 1.0), 0.0);
   if (channel.every > 0.0 && map != nullptr && source != Source::d && source != Source::delta)

@@ -24,7 +24,9 @@ struct Noise {
   double colour = 0;  // lag-one correlation: 0 white, near 1 filtered
   std::size_t samples = 0;
 };
-/// Noise of one channel of a session, whose sensors may filter. Nothing below 100 usable differences.
+/// Noise of one channel of a session, whose sensors may filter, from readings in consecutive rows, or of a channel that
+/// is read in few of them from consecutive readings. Nothing below 100 usable differences, nor where a car moves too
+/// much between such readings for their noise to show.
 std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step);
 
 }  // namespace gripline::measured

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <span>
 
 #include "config/errors.hpp"
 #include "measured/bridged_readings.hpp"
@@ -19,9 +21,10 @@ using std::numbers::pi;
 
 /// What about half a second shows by different channels; NaN where a channel was not read.
 struct SessionWindow {
-  double seconds = 0;
-  double way = NAN, course = NAN;  // between its ends, by place
-  double turn = NAN, heading = NAN;
+  double begin = 0, seconds = 0;
+  double way = NAN, course = NAN;                           // between its ends, by place
+  double turn = NAN, heading = NAN;                         // of its ends
+  double yaw = NAN;                                         // mean
   double speed = NAN, side = NAN, rate = NAN, steer = NAN;  // means
   double throttle = NAN, gain = NAN;                        // mean of d, change of speed between its ends
 };
@@ -68,6 +71,7 @@ std::vector<SessionWindow> windows_of(Session s) {
     j = i;
     while (j + 1 < s.rows() && s.t[j] - s.t[i] < length) ++j;
     SessionWindow w;
+    w.begin = s.t[i];
     w.seconds = s.t[j] - s.t[i];
     if (w.seconds < length) break;
     if (w.seconds > 2.0 * length) continue;
@@ -76,6 +80,7 @@ std::vector<SessionWindow> windows_of(Session s) {
     w.course = std::atan2(dy, dx);
     w.turn = s.at(j, Channel::yaw) - s.at(i, Channel::yaw);
     w.heading = 0.5 * (s.at(j, Channel::yaw) + s.at(i, Channel::yaw));
+    w.yaw = mean_of(s, i, j, Channel::yaw);
     w.speed = mean_of(s, i, j, Channel::vx);
     w.side = mean_of(s, i, j, Channel::vy);
     w.rate = mean_of(s, i, j, Channel::yaw_rate);
@@ -96,6 +101,92 @@ double speed_over_path(const std::vector<SessionWindow>& windows) {
   return usual_ratio(
       windows, [](const SessionWindow& w) { return w.speed; }, [](const SessionWindow& w) { return w.way / w.seconds; },
       fewest);
+}
+
+/// How many times the turning of the path the yaw turns, from window to window; NaN where they cannot be compared.
+double yaw_over_path(const std::vector<SessionWindow>& windows) {
+  struct Turn {
+    double yaw, path;
+  };
+  std::vector<Turn> turns;
+  for (std::size_t i = 1; i < windows.size(); ++i) {
+    const SessionWindow &a = windows[i - 1], &b = windows[i];
+    if (b.begin - a.begin < 0.6 * a.seconds)
+      turns.push_back({b.heading - a.heading, std::remainder(b.course - a.course, 2.0 * pi)});
+  }
+  return usual_ratio(
+      turns, [](const Turn& t) { return t.yaw; }, [](const Turn& t) { return t.path; }, fewest);
+}
+
+/// The speed over that of the path where it is surely another, so in nearly every eighth of the log; NaN elsewhere.
+/// Windows in which a car turns far do not count: their ends lie nearer than the way between them.
+double speed_surely_off(const std::vector<SessionWindow>& windows) {
+  constexpr double off = 0.08, surely = 0.05;
+  constexpr double farthest = 0.5;  // [rad]
+  constexpr std::size_t parts = 8, least_parts = 4;
+  const auto ratio_of = [](std::span<const SessionWindow> some) {
+    const auto straight = [](const SessionWindow& w) {
+      const double turn = std::isnan(w.turn) ? w.rate * w.seconds : w.turn;
+      return std::abs(turn) < farthest || std::isnan(turn);
+    };
+    return usual_ratio(
+        some,
+        [&](const SessionWindow& w) {
+          return straight(w) ? std::copysign(std::hypot(w.speed, std::isnan(w.side) ? 0.0 : w.side), w.speed) : NAN;
+        },
+        [](const SessionWindow& w) { return w.way / w.seconds; }, fewest);
+  };
+  const double all = ratio_of(windows);
+  if (!(std::abs(all - 1.0) > off)) return NAN;
+  std::size_t told = 0, agree = 0;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const std::size_t from = part * windows.size() / parts, to = (part + 1) * windows.size() / parts;
+    const double one = ratio_of(std::span(windows).subspan(from, to - from));
+    if (std::isnan(one)) continue;
+    ++told;
+    agree += (one - 1.0) * std::copysign(1.0, all - 1.0) > surely ? 1 : 0;
+  }
+  return told >= least_parts && agree == told ? all : NAN;
+}
+
+/// By how much all but a tenth of some angles are off their median.
+double spread_of(std::vector<double> angles) {
+  const double centre = median(angles);
+  for (double& angle : angles) angle = std::abs(angle - centre);
+  return lower_quantile(std::move(angles), 0.9);
+}
+/// And off a line over `by`.
+double spread_about_line(std::vector<double> angles, const std::vector<double>& by) {
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (std::size_t i = 0; i < angles.size(); ++i)
+    n += 1, sx += by[i], sy += angles[i], sxx += by[i] * by[i], sxy += by[i] * angles[i];
+  const double variance = sxx - sx * sx / n, slope = variance > 0.0 ? (sxy - sx * sy / n) / variance : 0.0;
+  for (std::size_t i = 0; i < angles.size(); ++i)
+    angles[i] = std::abs(angles[i] - (sy - slope * sx) / n - slope * by[i]);
+  return lower_quantile(std::move(angles), 0.9);
+}
+
+/// A yaw that is the direction in which the place moves, though the car moves sideways by its vy.
+struct CourseForYaw {
+  double off = 0, sideways = 0;  // spread of the yaw about the course, and of the sideslip by vy [rad]
+};
+/// Nothing where the sideslip hardly does more than follow the curvature: so does vy of a point behind the other.
+std::optional<CourseForYaw> course_for_yaw(const std::vector<SessionWindow>& windows, double slowest) {
+  constexpr double least = 0.0125, farthest = 0.5;  // [rad] of sideslip that tells, of turning within a window
+  constexpr double close = 0.35;                    // of the sideslip
+  constexpr std::size_t enough = 80;
+  std::vector<double> off, sideslip, curvature;
+  for (const SessionWindow& w : windows) {
+    if (!(w.speed > slowest) || !(std::abs(w.turn) < farthest) || !std::isfinite(w.course + w.yaw + w.side)) continue;
+    sideslip.push_back(std::atan2(w.side, w.speed));
+    off.push_back(std::remainder(w.course - w.yaw, 2.0 * pi));
+    curvature.push_back(w.turn / w.seconds / w.speed);
+  }
+  if (off.size() < enough) return std::nullopt;
+  const CourseForYaw found{spread_of(std::move(off)), spread_of(sideslip)};
+  if (found.off > close * found.sideways || spread_about_line(std::move(sideslip), curvature) < least)
+    return std::nullopt;
+  return found;
 }
 
 /// Correlation of two values over windows.
@@ -258,10 +349,15 @@ class Checks {
       if (v < slowest) slowest = v;
       if (v - slowest > to - from) from = slowest, to = v;
     }
-    if (to - from > 0.3 * v_ref_)
-      refuse("d is never above 0 (" + significant(low) + " to " + significant(high) +
-             "), which brakes, but the car speeds up from " + significant(from) + " to " + significant(to) +
-             " m/s: turn its sign (\"sign\": -1), or add the throttle");
+    if (!(to - from > 0.3 * v_ref_)) return;
+    const std::string sped = ", but the car speeds up from " + significant(from) + " to " + significant(to) + " m/s: ";
+    const std::string found = " (" + significant(low) + " to " + significant(high) + ")";
+    if (high > 0.0)
+      refuse("d is hardly ever above 0" + found + sped +
+             "the scale of its throttle is wrong (1 is full throttle; is it divided by 100 twice?), or its sign "
+             "(\"sign\": -1)");
+    refuse("d is never above 0" + found + ", which brakes" + sped +
+           "turn its sign (\"sign\": -1), or add the throttle");
   }
 
   void commands() const {
@@ -316,8 +412,16 @@ class Checks {
         [](const SessionWindow& w) { return w.turn / w.seconds; }, fewest);
     if (std::isnan(ratio) || (ratio > 0.3 && ratio < 3.0)) return;
     const std::string found = "yaw_rate is " + significant(ratio) + " times the rate of yaw";
-    if (ratio > 30 && ratio < 90) refuse(found + ": it looks like deg/s (\"unit\": \"deg/s\")");
-    if (ratio > 1.0 / 90 && ratio < 1.0 / 30) refuse(found + ": yaw looks like degrees (\"unit\": \"deg\")");
+    // Which of the two is wrong, the path tells.
+    const double by_path = yaw_over_path(windows_);
+    if (ratio > 30 && ratio < 90)
+      refuse(found + (by_path > 1.0 / 90 && by_path < 1.0 / 30 ? ": yaw was taken for degrees and is radians"
+                                                               : ": it looks like deg/s (\"unit\": \"deg/s\")"));
+    if (ratio > 1.0 / 90 && ratio < 1.0 / 30)
+      refuse(found +
+             (by_path > 0.5 && by_path < 2.0
+                  ? ", which turns as the path does: yaw_rate was taken for deg/s and is rad/s (\"unit\": \"rad/s\")"
+                  : ": yaw looks like degrees (\"unit\": \"deg\")"));
     if (ratio < -0.3 && ratio > -3.0) refuse(found + ": one of them has the other sign (\"sign\": -1)");
   }
 
@@ -369,13 +473,8 @@ class Checks {
   std::vector<SessionWindow> windows_;
 };
 
-}  // namespace
-
-std::vector<Finding> doubts_about(const SessionFile& file) {
-  const Session s = at_centre_of_gravity(file);
-  const std::vector<SessionWindow> windows = windows_of(s);
-  const double slowest = 0.2 * typical_speed(s);
-  std::vector<Finding> out;
+void doubt_steering(const Session& s, const std::vector<SessionWindow>& windows, double slowest,
+                    std::vector<Finding>& out) {
   std::vector<double> angles;
   for (const auto& c : s.command) angles.push_back(c.delta);
   const bool steers = lower_quantile(angles, 0.99) - lower_quantile(angles, 0.01) > 0.005;  // [rad]
@@ -385,15 +484,49 @@ std::vector<Finding> doubts_about(const SessionFile& file) {
                    "and the curvature driven hardly correlate (" + significant(turn.value(), 2) + " over " +
                        significant(turn.seconds()) + " s)",
                    "is it the right column?"});
-  if (s.has[Channel::x] && s.has[Channel::vx] && std::isnan(speed_over_path(windows)))
+}
+
+void doubt_speed(const Session& s, const std::vector<SessionWindow>& windows, std::vector<Finding>& out) {
+  if (!s.has[Channel::x] || !s.has[Channel::vx]) return;
+  if (std::isnan(speed_over_path(windows)))
     out.push_back({Finding::Level::bad, "units", "place and speed are hardly ever read together",
                    "not compared: the unit of vx is taken on trust"});
+  else if (const double ratio = speed_surely_off(windows); !std::isnan(ratio))
+    out.push_back({Finding::Level::bad, "vx", "is " + significant(ratio) + " times the speed at which x and y move",
+                   "its scale may be wrong: another unit (mph, km/h), or of a wheel of another size"});
+}
+
+void doubt_yaw(const std::vector<SessionWindow>& windows, double slowest, std::vector<Finding>& out) {
+  const auto degrees = [](double radians) { return significant(radians * 180 / pi, 2) + " deg"; };
+  if (const auto course = course_for_yaw(windows, slowest))
+    out.push_back(
+        {Finding::Level::bad, "yaw",
+         "is where x and y move, to " + degrees(course->off) + ", though by vy the car moves up to " +
+             degrees(course->sideways) + " sideways",
+         "looks like the course over ground, as of a receiver: take atan2(vy, vx) off it, or leave yaw out of "
+         "the map; or vy is of another point than x and y"});
+}
+
+void doubt_side(const Session& s, double slowest, std::vector<Finding>& out) {
   constexpr double against = -0.6;
   const double side =
       s.has[Channel::x] && s.has[Channel::yaw] && s.has[Channel::vy] ? sideways_correlation(s, slowest) : NAN;
   if (side < against)
     out.push_back({Finding::Level::bad, "vy", "moves against the place (correlation " + significant(side, 2) + ")",
                    "its sign is turned, or it is of a point far from the one that x and y show"});
+}
+
+}  // namespace
+
+std::vector<Finding> doubts_about(const SessionFile& file) {
+  const Session s = at_centre_of_gravity(file);
+  const std::vector<SessionWindow> windows = windows_of(s);
+  const double slowest = 0.2 * typical_speed(s);
+  std::vector<Finding> out;
+  doubt_steering(s, windows, slowest, out);
+  if (!file.derived_velocity) doubt_speed(s, windows, out);
+  if (!file.derived_velocity && !file.derived_yaw) doubt_yaw(windows, slowest, out);
+  doubt_side(s, slowest, out);
   return out;
 }
 

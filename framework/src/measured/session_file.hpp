@@ -35,7 +35,7 @@ SessionFile read_session(DelimitedTable table, const LogMap& map);
 void check_session(const SessionFile& file, double v_ref);
 
 /// Channels that hardly fit the others, but may: steering that the car does not follow, a lateral speed against the
-/// place.
+/// place, a speed that is surely another than that of the place, a yaw that is the course though vy is not 0.
 std::vector<Finding> doubts_about(const SessionFile& file);
 
 }  // namespace gripline::measured

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 #include <random>
 #include <span>
 #include <string>
 
+#include "measured/bridged_readings.hpp"
 #include "measured/centre_of_gravity.hpp"
 #include "measured/displacement_lag.hpp"
 #include "measured/fine_delay.hpp"
@@ -27,32 +29,70 @@ double median_deviation(const Values& values, double centre) {
   return median(std::move(off));
 }
 
-/// Channels on one even grid, for correlations.
-struct Grid {
+/// The usual time from one row to the next [s].
+double usual_step(const Session& s) {
+  Values steps;
+  for (std::size_t i = 1; i < s.rows(); ++i) steps.push_back(s.t[i] - s.t[i - 1]);
+  return median(std::move(steps));
+}
+
+/// The usual time from one reading of a channel to the next [s]; 0 where there are not two.
+double usual_step(const Session& s, std::size_t channel) {
+  Values steps;
+  std::size_t last = s.rows();
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    if (std::isnan(s.at(i, channel))) continue;
+    if (last < i) steps.push_back(s.t[i] - s.t[last]);
+    last = i;
+  }
+  return median(std::move(steps), 0.0);
+}
+
+/// Channels on one even grid, for correlations. It is as coarse as the sparsest of them is read: on a finer one, what
+/// lies between its readings would count as if it were known, and beats with the grid.
+class Grid {
+ public:
   double dt = 0.02;
   std::size_t n = 0;
-  double t0 = 0;
+  bool of_sparse = false;  // coarser than the rows, for a channel that is read in few of them
 
-  explicit Grid(const Session& s) : t0(s.t.front()) {
-    Values steps;
-    for (std::size_t i = 1; i < s.rows(); ++i) steps.push_back(s.t[i] - s.t[i - 1]);
-    dt = std::clamp(median(steps), 0.02, 0.1);
-    n = static_cast<std::size_t>((s.t.back() - t0) / dt);
+  Grid(const Session& s, std::initializer_list<std::size_t> compared) : s_(s), t0_(s.t.front()), row_(usual_step(s)) {
+    constexpr double sparse = 1.5;  // rows
+    const double of_rows = std::clamp(row_, 0.02, 0.1);
+    dt = of_rows;
+    for (const std::size_t c : compared) {
+      const double step = usual_step(s, c);
+      if (!(step > sparse * row_)) continue;
+      sparse_[c] = true;
+      dt = std::max(dt, std::min(step, even_motion));
+    }
+    if (std::ranges::find(sparse_, true) != sparse_.end()) {
+      bridged_ = s;
+      bridged_->reading = bridged_readings(s.t, s.reading, even_motion);
+    }
+    of_sparse = dt > of_rows;
+    if (of_sparse) beside_ = static_cast<int>(std::lround(0.5 * dt / row_));
+    n = static_cast<std::size_t>((s.t.back() - t0_) / dt);
   }
-  Values channel(const Session& s, std::size_t c) const {
+  /// Of one that is read in few of the rows what is between two readings is on the straight line, with no delay of its
+  /// own; one that is read far more often than there are samples is the mean around them.
+  Values channel(std::size_t c) const {
     Values out(n);
-    for (std::size_t k = 0; k < n; ++k) out[k] = s.interpolate(c, t0 + static_cast<double>(k) * dt);
+    for (std::size_t k = 0; k < n; ++k) {
+      const double t = t0_ + static_cast<double>(k) * dt;
+      out[k] = sparse_[c] ? bridged_->interpolate(c, t) : mean_around(c, t);
+    }
     return out;
   }
-  Values command(const Session& s, bool steering) const {
+  Values command(bool steering) const {
     Values out(n);
     std::size_t i = 0;
     for (std::size_t k = 0; k < n; ++k) {
-      const double t = t0 + static_cast<double>(k) * dt;
-      while (i + 1 < s.rows() && s.t[i + 1] <= t) ++i;
-      const auto& a = s.command[i];
-      const auto& b = s.command[std::min(i + 1, s.rows() - 1)];
-      const double share = i + 1 < s.rows() ? (t - s.t[i]) / (s.t[i + 1] - s.t[i]) : 0.0;
+      const double t = t0_ + static_cast<double>(k) * dt;
+      while (i + 1 < s_.rows() && s_.t[i + 1] <= t) ++i;
+      const auto& a = s_.command[i];
+      const auto& b = s_.command[std::min(i + 1, s_.rows() - 1)];
+      const double share = i + 1 < s_.rows() ? (t - s_.t[i]) / (s_.t[i + 1] - s_.t[i]) : 0.0;
       out[k] = steering ? a.delta + share * (b.delta - a.delta) : a.d + share * (b.d - a.d);
     }
     return out;
@@ -63,6 +103,22 @@ struct Grid {
     for (std::size_t k = 1; k + 1 < y.size(); ++k) out[k] = (y[k + 1] - y[k - 1]) / (2.0 * dt);
     return out;
   }
+
+ private:
+  /// Over rows to both sides, of which both or neither count: else what is missing would make a delay.
+  double mean_around(std::size_t c, double t) const {
+    double sum = s_.interpolate(c, t), count = 1.0;
+    for (int j = 1; j <= beside_; ++j) {
+      const double both = s_.interpolate(c, t - j * row_) + s_.interpolate(c, t + j * row_);
+      if (!std::isnan(both)) sum += both, count += 2.0;
+    }
+    return sum / count;
+  }
+  const Session& s_;
+  double t0_, row_;
+  int beside_ = 0;  // rows to each side that a sample is the mean of
+  std::array<bool, channels> sparse_{};
+  std::optional<Session> bridged_;  // where a channel is sparse
 };
 
 /// Mean over `seconds` to both sides.
@@ -95,11 +151,12 @@ void clip(Values& y) {
     if (!std::isnan(v)) v = std::clamp(v, -most, most);
 }
 
-/// The part of a signal that shows delays: without jumps, noise below 0.1 s and trends over several seconds.
-Values manoeuvres(Values y, double dt) {
+/// The part of a signal that shows delays: without jumps, noise below 0.1 s (of sparse readings below two of them) and
+/// trends over several seconds.
+Values manoeuvres(Values y, const Grid& grid) {
   clip(y);
-  y = mean_around(y, dt, 0.08);
-  const Values trend = mean_around(y, dt, 3.0);
+  y = mean_around(y, grid.dt, grid.of_sparse ? std::max(0.08, grid.dt) : 0.08);
+  const Values trend = mean_around(y, grid.dt, 3.0);
   for (std::size_t k = 0; k < y.size(); ++k) y[k] -= trend[k];
   clip(y);
   return y;
@@ -192,7 +249,7 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
   constexpr double least_correlation = 0.5;
   constexpr int draws = 200;
   constexpr std::size_t fewest_blocks = 3;
-  const LagSums sums(manoeuvres(late, grid.dt), manoeuvres(early, grid.dt), grid.dt);
+  const LagSums sums(manoeuvres(late, grid), manoeuvres(early, grid), grid.dt);
   if (sums.blocks() < fewest_blocks) return;
   Delay delay{channel, against, 0, 0, 0, 0, motion.has_value(), sums.blocks()};
   delay.seconds = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
@@ -208,11 +265,13 @@ void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel
   std::sort(drawn.begin(), drawn.end());
   delay.low = std::min(drawn[static_cast<std::size_t>(0.025 * draws)], delay.seconds);
   delay.high = std::max(drawn[static_cast<std::size_t>(0.975 * draws)], delay.seconds);
-  // Where the two differ by more, it is no pure delay that makes the channels differ.
+  // Where the two differ by more, it is no pure delay that makes the channels differ. Differences of sparse readings
+  // are mostly noise: there the correlation's own interval says what agrees with it.
   constexpr double agree = 0.5;  // of a step
   if (motion)
     if (const auto fine = fine_delay(motion->rate, motion->sum, grid.dt, delay.seconds);
-        fine && std::abs(*fine - delay.seconds) < agree * grid.dt) {
+        fine && (std::abs(*fine - delay.seconds) < agree * grid.dt ||
+                 (grid.of_sparse && *fine > delay.low && *fine < delay.high))) {
       const double by = *fine - delay.seconds;
       delay.seconds += by, delay.low += by, delay.high += by;
     }
@@ -260,40 +319,67 @@ double shift_of_all(const Values& values, double centre) {
 
 }  // namespace
 
-std::vector<Delay> delays_of(const Session& s) {
+namespace {
+
+void add_yaw_rate_delay(const Session& s, std::vector<Delay>& delays) {
+  const Grid grid(s, {Channel::yaw, Channel::yaw_rate});
+  const Values yaw = grid.channel(Channel::yaw), rate = grid.channel(Channel::yaw_rate);
+  add_delay(delays, grid, "yaw_rate", rate, "yaw", grid.rate(yaw), OneMotion{rate, yaw});
+}
+
+void add_velocity_delay(const Session& s, std::vector<Delay>& delays) {
+  const Grid grid(s, {Channel::x, Channel::y, Channel::yaw, Channel::vx});
+  const Values x = grid.channel(Channel::x), y = grid.channel(Channel::y), yaw = grid.channel(Channel::yaw),
+               vx = grid.channel(Channel::vx);
+  const Values way = way_of_place(x, y, yaw);
+  add_delay(delays, grid, "velocity", grid.rate(vx), "position", grid.rate(speed_of_place(grid, x, y, yaw)),
+            OneMotion{vx, way});
+}
+
+void add_steering_delay(const Session& s, std::vector<Delay>& delays) {
+  const bool by_yaw = s.has[Channel::yaw], by_place = s.has[Channel::x] && by_yaw && !s.has[Channel::vx];
+  const std::size_t turning = by_yaw ? Channel::yaw : Channel::yaw_rate, speed = by_place ? Channel::x : Channel::vx;
+  const Grid grid(s, {turning, speed});
+  const Values turned = grid.channel(turning);
+  Values asked = grid.command(true);
+  const Values along = by_place ? speed_of_place(grid, grid.channel(Channel::x), grid.channel(Channel::y), turned)
+                                : grid.channel(Channel::vx);
+  for (std::size_t k = 0; k < grid.n; ++k) asked[k] *= along[k];
+  add_delay(delays, grid, by_yaw ? "yaw" : "yaw_rate", by_yaw ? grid.rate(turned) : turned, "delta", asked,
+            std::nullopt);
+}
+
+void add_throttle_delay(const Session& s, std::vector<Delay>& delays) {
+  const Grid grid(s, {Channel::vx});
+  add_delay(delays, grid, "velocity", grid.rate(grid.channel(Channel::vx)), "d", grid.command(false), std::nullopt);
+}
+
+std::vector<Delay> delays_of(const Session& s, bool derived_yaw, bool derived_velocity) {
   std::vector<Delay> delays;
   if (s.rows() < 100) return delays;
-  const Grid grid(s);
-  const Values yaw = grid.channel(s, Channel::yaw), vx = grid.channel(s, Channel::vx),
-               rate = grid.channel(s, Channel::yaw_rate);
-  const Values turning = grid.rate(yaw);
-  Values place_speed(grid.n, not_a_number), way;
-  if (s.has[Channel::x] && s.has[Channel::yaw]) {
-    const Values x = grid.channel(s, Channel::x), y = grid.channel(s, Channel::y);
-    place_speed = speed_of_place(grid, x, y, yaw);
-    way = way_of_place(x, y, yaw);
-  }
-  if (s.has[Channel::yaw] && s.has[Channel::yaw_rate])
-    add_delay(delays, grid, "yaw_rate", rate, "yaw", turning, OneMotion{rate, yaw});
-  if (s.has[Channel::x] && s.has[Channel::vx])
-    add_delay(delays, grid, "velocity", grid.rate(vx), "position", grid.rate(place_speed), OneMotion{vx, way});
-  const Values& turns = s.has[Channel::yaw] ? turning : rate;
-  Values turn_asked = grid.command(s, true);
-  for (std::size_t k = 0; k < grid.n; ++k) turn_asked[k] *= s.has[Channel::vx] ? vx[k] : place_speed[k];
-  add_delay(delays, grid, s.has[Channel::yaw] ? "yaw" : "yaw_rate", turns, "delta", turn_asked, std::nullopt);
-  if (!s.prescribed_speed && s.has[Channel::vx])
-    add_delay(delays, grid, "velocity", grid.rate(vx), "d", grid.command(s, false), std::nullopt);
+  if (s.has[Channel::yaw] && s.has[Channel::yaw_rate] && !derived_yaw) add_yaw_rate_delay(s, delays);
+  if (s.has[Channel::x] && s.has[Channel::vx] && !derived_velocity) add_velocity_delay(s, delays);
+  add_steering_delay(s, delays);
+  if (!s.prescribed_speed && s.has[Channel::vx]) add_throttle_delay(s, delays);
   return delays;
+}
+
+}  // namespace
+
+std::vector<Delay> delays_of(const Session& session) { return delays_of(session, false, false); }
+
+std::vector<Delay> delays_of(const SessionFile& file) {
+  return delays_of(at_centre_of_gravity(file), file.derived_yaw, file.derived_velocity);
 }
 
 std::optional<Delay> displacement_delay(const Session& s, double yaw_is_late) {
   for (const std::size_t c : {Channel::x, Channel::yaw, Channel::vx, Channel::vy})
     if (!s.has[c]) return std::nullopt;
   if (s.rows() < 100) return std::nullopt;
-  const Grid grid(s);
-  const Values x = grid.channel(s, Channel::x), y = grid.channel(s, Channel::y), vx = grid.channel(s, Channel::vx),
-               vy = grid.channel(s, Channel::vy);
-  Values yaw = grid.channel(s, Channel::yaw);
+  const Grid grid(s, {Channel::x, Channel::y, Channel::yaw, Channel::vx, Channel::vy});
+  const Values x = grid.channel(Channel::x), y = grid.channel(Channel::y), vx = grid.channel(Channel::vx),
+               vy = grid.channel(Channel::vy);
+  Values yaw = grid.channel(Channel::yaw);
   if (yaw_is_late > 0.0) yaw = earlier(yaw, yaw_is_late, grid.dt);
   const auto lag = displacement_lag({x, y, yaw, vx, vy, grid.dt});
   if (!lag) return std::nullopt;
@@ -392,6 +478,19 @@ void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
   }
 }
 
+/// Commands that repeat in step and are taken for new in each row.
+void repeated_commands(const Session& s, std::vector<Finding>& out) {
+  const auto look_at = [&](double CommandSample<double>::*command, bool known, const char* name) {
+    Values values;
+    for (const CommandSample<double>& c : s.command) values.push_back(c.*command);
+    if (const double every = rows_between_new(s.t, values); !known && every > 1.0)
+      out.push_back({Level::note, name, "a new value every " + significant(every) + " rows",
+                     "read as linear between rows: say \"hold\": \"held\" in the map"});
+  };
+  if (!s.prescribed_speed) look_at(&CommandSample<double>::d, s.held_throttle || s.throttle_every > 0.0, "d");
+  look_at(&CommandSample<double>::delta, s.held_steering || s.steering_every > 0.0, "delta");
+}
+
 void jumps(const SessionFile& file, std::vector<Finding>& out) {
   const Session& s = file.session;
   for (std::size_t c = 0; c < channels; ++c) {
@@ -448,6 +547,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
   std::vector<Finding> out = file.findings;
   rate_and_gaps(file, out);
   held_and_jumping(file, out);
+  repeated_commands(s, out);
   jumps(file, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
   for (Finding& finding : doubts_about(file)) out.push_back(std::move(finding));
@@ -460,7 +560,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
                    "kept as it is: predictions of whole periods do not see it, others miss by as much"});
   for (std::size_t c = 0; c < channels; ++c)
     if (const auto noise = s.has[c] ? noise_of(s, c, file.row_step) : std::nullopt) add_noise(*noise, c, out);
-  for (const Delay& d : delays_of(own))
+  for (const Delay& d : delays_of(file))
     out.push_back(
         {Level::good, std::string("delay of ") + d.channel,
          significant(d.seconds) + " s (" + significant(d.low) + " to " + significant(d.high) + ") against " + d.against,

@@ -20,8 +20,12 @@ struct Delay {
   std::size_t blocks = 0;    // drawn from, in which both channels were read; 3 at least
 };
 /// Yaw rate against heading, speed against place, steering and throttle against what the car does. Only pairs that
-/// correlate above 0.5, over three blocks at least in which both were read.
+/// correlate above 0.5, over three blocks at least in which both were read. Channels that are read in few of the rows
+/// are compared at the pace of the sparsest, linear over gaps of at most 0.25 s.
 std::vector<Delay> delays_of(const Session& session);
+/// Those of a log at its centre of gravity, without delays of channels against what they were derived from: speeds from
+/// the place share its noise, and a course leads or follows the heading by the car's sideslip.
+std::vector<Delay> delays_of(const SessionFile& file);
 
 /// Velocity against place by displacements (displacement_lag.hpp), for sessions with x, yaw, vx and vy.
 /// `yaw_is_late`: by what the heading is [s].

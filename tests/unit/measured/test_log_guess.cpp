@@ -225,6 +225,28 @@ TEST(LogGuess, AShareOfFullLockIsNoAngle) {
               testing::Not(testing::Contains(testing::HasSubstr("share of full lock"))));
 }
 
+/// Commands that a logger repeats in every second row are held until the next one.
+TEST(LogGuess, CommandsThatRepeatInStepAreHeld) {
+  const auto hold = [](int rows, const char* channel) {
+    const auto file = scratch("repeats.csv");
+    std::ofstream out(file);
+    out << "t_ms,x,y,yaw,throttle,steer_angle_rad\n";
+    for (int k = 0; k < 2000; ++k) {
+      const int given = k - k % rows;
+      out << 10 * k << ',' << 0.05 * k << ",0,0," << 0.3 + 0.2 * std::sin(0.01 * given) << ','
+          << 0.1 * std::sin(0.02 * given) << '\n';
+    }
+    out.close();
+    const Guess guess = guess_map(read_delimited(file));
+    const Node* const found = find_pointer(guess.map, std::string("/channels/") + channel + "/hold");
+    return found == nullptr ? std::string() : found->text();
+  };
+  for (const char* channel : {"d", "delta"}) {
+    EXPECT_EQ(hold(2, channel), "held") << channel;
+    EXPECT_EQ(hold(1, channel), "") << channel;
+  }
+}
+
 /// A receiver of 1 Hz in rows of 20 Hz: ten rows after a new place the next one may not be there yet.
 Guess guess_of_held_place(const std::string& speed, double factor, int rows) {
   const auto file = scratch("held.csv");

@@ -41,6 +41,16 @@ TEST(LogMap, AxesOfTheVelocityLieAlongTheCar) {
   EXPECT_THAT(why(turned("-90 deg")), AllOf(HasSubstr("/channels/vx/frame/yaw"), HasSubstr("-B and A")));
 }
 
+TEST(LogMap, ASampledCommandIsNotOneOfWhichNothingIsSaid) {
+  const auto throttle = [](const char* hold) {
+    return map_of(std::string(R"(, "vx": "v", "d": {"column": "gas")") + hold + "}")[Source::d].value();
+  };
+  EXPECT_FALSE(throttle("").hold_given);
+  EXPECT_TRUE(throttle(R"(, "hold": "sampled")").hold_given);
+  EXPECT_FALSE(throttle(R"(, "hold": "sampled")").held);
+  EXPECT_TRUE(throttle(R"(, "hold": "held")").held);
+}
+
 TEST(LogMap, ChannelsOfAUnitStateItsFrameTogether) {
   const auto place = [](const char* x, const char* y) {
     return std::string(R"(, "x": {"column": "a", "frame": )") + x + R"(}, "y": {"column": "b", "frame": )" + y + "}";

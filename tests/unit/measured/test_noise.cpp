@@ -74,5 +74,30 @@ TEST(Noise, SizeAndColourAreFoundAgain) {
   }
 }
 
+/// A receiver in every so many rows, and one whose readings fall into every third and every second row by turns.
+TEST(Noise, OfAChannelOfFewRowsIsThatOfItsReadings) {
+  const auto found = [](auto in) {
+    Session s;
+    s.reading = noisy(0.0);
+    for (std::size_t k = 0; k < samples; ++k) {
+      s.t.push_back(static_cast<double>(k) * sample_time);
+      // Uneven readings of what moves evenly show no noise of it.
+      s.reading[k * channels + read_channel] += 20.0 * s.t.back();
+      if (!in(k)) s.reading[k * channels + read_channel] = not_a_number;
+    }
+    return noise_of(s, read_channel, sample_time);
+  };
+  for (const auto in : {+[](std::size_t k) { return k % 2 == 1; }, +[](std::size_t k) { return k % 5 == 2; },
+                        +[](std::size_t k) { return k % 5 == 0 || k % 5 == 2; },
+                        +[](std::size_t k) { return k % 3 == 0 && k % 100 < 90; }}) {
+    const auto noise = found(in);
+    ASSERT_TRUE(noise);
+    EXPECT_NEAR(noise->sigma, sigma, 0.3 * sigma);
+    EXPECT_NEAR(noise->colour, 0.0, 0.35) << "of 1000 readings and more";
+  }
+  EXPECT_FALSE(found([](std::size_t k) { return k % 25 == 0; })) << "what moves within a second is no noise";
+  EXPECT_FALSE(found([](std::size_t k) { return k % 200 == 0; })) << "too few";
+}
+
 }  // namespace test_noise
 }  // namespace gripline::measured

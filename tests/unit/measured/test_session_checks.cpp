@@ -24,6 +24,60 @@ TEST(SessionChecks, UnitsAndSignsAreToldWithTheirEvidence) {
   EXPECT_THAT(why(own_log(1, 1, -1), map), HasSubstr("other sign"));
 }
 
+/// Of a yaw and a yaw rate in different units the path tells which of them is wrong.
+TEST(SessionChecks, TheChannelThatDoesNotTurnAsThePathDoesIsBlamed) {
+  const auto refused = [](const char* yaw, const char* rate) {
+    std::string text = channels_json("");
+    text.replace(text.find("\"psi\""), 5, std::string("\"psi\", \"unit\": \"") + yaw + "\"");
+    text.replace(text.find("\"r\""), 3, std::string("\"r\", \"unit\": \"") + rate + "\"");
+    return why(own_log(), map_of(text));
+  };
+  EXPECT_EQ(refused("rad", "rad/s"), "fine");
+  EXPECT_THAT(refused("rad", "deg/s"), HasSubstr("which turns as the path does: yaw_rate was taken for deg/s and is "
+                                                 "rad/s"));
+  EXPECT_THAT(refused("deg", "rad/s"), HasSubstr("yaw was taken for degrees and is radians"));
+}
+
+std::string doubts_of(const std::filesystem::path& log, const LogMap& map) {
+  std::string names;
+  for (const Finding& f : doubts_about(read_session(log, map))) names += f.check + " " + f.found + "; ";
+  return names;
+}
+
+/// What is not refused and surely not right is said.
+TEST(SessionChecks, ASpeedOfAnotherScaleIsDoubted) {
+  const LogMap map = map_of(channels_json(""));
+  for (const double right : {1.0, 0.95, 1.05}) EXPECT_EQ(doubts_of(own_log(right), map), "") << right;
+  for (const double wrong : {0.63, 0.88, 1.15, 1.5})
+    EXPECT_THAT(doubts_of(own_log(wrong), map), HasSubstr("times the speed at which x and y move")) << wrong;
+  // A stretch alone, as of wheels that spin, is no scale.
+  const auto part = log_of("t,px,py,psi,v,r,steer",
+                           [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+                             out << t << ',' << x << ',' << y << ',' << yaw << ',' << (t < 30.0 ? 12.0 : 10.0) << ','
+                                 << rate << ',' << delta << '\n';
+                           });
+  EXPECT_EQ(doubts_of(part, map), "");
+}
+
+/// A car whose heading is off its path; the map reads the heading, or the course.
+TEST(SessionChecks, ACourseThatStandsForYawIsDoubted) {
+  const auto log = log_of("t,px,py,psi,course,v,side,r,steer", [](std::ostream& out, double t, double x, double y,
+                                                                  double yaw, double rate, double delta) {
+    const double lean = 0.06 * std::sin(0.8 * t + 1.0);
+    out << t << ',' << x << ',' << y << ',' << yaw + lean << ',' << yaw << ',' << 10.0 * std::cos(lean) << ','
+        << -10.0 * std::sin(lean) << ',' << rate << ',' << delta << '\n';
+  });
+  const auto doubts = [&](const char* yaw, const char* side) {
+    std::string text = channels_json(std::string(R"(, "vy": ")") + side + "\"");
+    text.replace(text.find("psi"), 3, yaw);
+    return doubts_of(log, map_of(text));
+  };
+  EXPECT_EQ(doubts("psi", "side"), "");
+  EXPECT_THAT(doubts("course", "side"), HasSubstr("yaw is where x and y move"));
+  EXPECT_EQ(doubts("course", "0 * side"), "") << "of a car that does not slide both are one";
+  EXPECT_EQ(doubts("course", "0.8 * r"), "") << "vy of a point ahead";
+}
+
 /// Advice that is followed leaves the right speed, not one that is off by a sixth and passes.
 TEST(SessionChecks, UnitsOfSpeedNearEachOtherAreToldApart) {
   const LogMap map = map_of(channels_json(""));
@@ -70,6 +124,8 @@ TEST(SessionChecks, UnitsAndSignsThatAMapGivesToGoodNumbersAreTold) {
   EXPECT_THAT(why_with("ms", "", "go"), HasSubstr("time was taken for milliseconds and is seconds"));
   EXPECT_THAT(why_with("s", " / 1000", "go"), HasSubstr("x and y were taken for millimetres and are metres"));
   EXPECT_THAT(why_with("s", "", "-go"), HasSubstr("d is never above 0"));
+  EXPECT_THAT(why_with("s", "", "if(go > 0.3, go / 100, go - 0.3)"),
+              AllOf(HasSubstr("d is hardly ever above 0"), HasSubstr("is it divided by 100 twice?")));
 }
 
 TEST(SessionChecks, AYawInRadiansThatIsTakenForDegreesIsTold) {

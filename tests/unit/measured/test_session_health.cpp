@@ -116,6 +116,65 @@ TEST(Delays, BlocksWithoutReadingsDoNotCount) {
   EXPECT_EQ(read_for(18.0), 0u);
 }
 
+/// Place, heading and speed of a receiver in every so many rows of 50 Hz, late by so much, beside a gyro.
+TEST(Delays, ChannelsOfFewRowsAreAsLateAsTheyAre) {
+  for (const std::size_t every : {2, 3, 5, 10})
+    for (const double late : {0.0, 0.15})
+      for (const double noise : {0.0, 1.0, 2.0}) {
+        std::mt19937_64 random(5 + every);
+        std::normal_distribution<double> normal(0.0, noise);
+        const Session s = wandering(
+            [&](double t, std::size_t k, auto& row, auto&, auto& rate_at, auto& speed_at) {
+              row[5] = rate_at(t + late) + 0.004 * normal(random);
+              row[3] = speed_at(t - late) + 0.05 * normal(random);
+              row[0] += 0.01 * normal(random), row[1] += 0.01 * normal(random), row[2] += 0.004 * normal(random);
+              if (k % every != 1) row[0] = row[1] = row[2] = row[3] = row[4] = NAN;
+            },
+            200.0, 0.02);
+        const std::string of = std::to_string(every) + " rows, noise " + std::to_string(noise);
+        const auto delays = delays_of(s);
+        const Delay* const rate = find(delays, "yaw_rate", "yaw");
+        ASSERT_NE(rate, nullptr) << of;
+        EXPECT_NEAR(rate->seconds, -late, 0.01) << of;
+        EXPECT_LT(rate->high - rate->low, 0.04) << of;
+        const Delay* const speed = find(delays, "velocity", "position");
+        if (every < 5 && noise > 0.0) continue;  // differences of the place are noise
+        ASSERT_NE(speed, nullptr) << of;
+        EXPECT_NEAR(speed->seconds, late, 0.01) << of;
+        EXPECT_TRUE(late > 0.0 ? speed->low > 0.05 : speed->low < 0.005 && speed->high > -0.005) << of;
+      }
+}
+
+/// Sparse readings that stop and go on: nothing is made of what lies in between.
+TEST(Delays, GapsOfChannelsOfFewRowsAreNotBridged) {
+  const Session s = wandering(
+      [&](double t, std::size_t k, auto& row, auto&, auto&, auto&) {
+        if (k % 5 != 0 || std::fmod(t, 20.0) > 10.0) row[2] = NAN;
+      },
+      200.0, 0.02);
+  const auto delays = delays_of(s);
+  const Delay* const rate = find(delays, "yaw_rate", "yaw");
+  ASSERT_NE(rate, nullptr);
+  EXPECT_NEAR(rate->seconds, 0.0, 0.003);
+}
+
+/// Speeds from differences of the place, and the course, are compared with neither place nor yaw rate.
+TEST(Delays, OfWhatWasDerivedNoneIsTold) {
+  SessionFile file;
+  file.session = wandering([](double t, std::size_t, auto& row, auto&, auto& rate_at, auto& speed_at) {
+    row[5] = rate_at(t - 0.31), row[3] = speed_at(t - 0.1);
+  });
+  const auto told = [&] {
+    const auto delays = delays_of(file);
+    return std::pair(find(delays, "yaw_rate", "yaw") != nullptr, find(delays, "velocity", "position") != nullptr);
+  };
+  EXPECT_EQ(told(), std::pair(true, true));
+  file.derived_yaw = true;
+  EXPECT_EQ(told(), std::pair(false, true));
+  file.derived_velocity = true;
+  EXPECT_EQ(told(), std::pair(false, false));
+}
+
 TEST(Delays, NothingIsSaidOfWhatDoesNotBelongTogether) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
@@ -204,6 +263,29 @@ TEST(SessionHealth, EveryOtherRowThatRepeatsIsHeld) {
   };
   EXPECT_EQ(hints(1), "");
   EXPECT_EQ(hints(2), "x a new value every 2 rows; y a new value every 2 rows; ");
+}
+
+/// Commands of 12.5 Hz in rows of 25 Hz, through a map that says so or does not.
+TEST(SessionHealth, CommandsThatRepeatInStepAreTold) {
+  SessionFile file;
+  file.row_step = 0.04;
+  CommandSample<double> last;
+  file.session = wandering([&](double t, std::size_t k, auto&, auto& command, auto&, auto&) {
+    if (k % 2 == 0) last = {0.3 + 0.2 * std::sin(0.4 * t), command.delta};
+    command = last;
+  });
+  const auto told = [&] {
+    std::string names;
+    for (const Finding& f : health_of(file))
+      if (f.done.find("linear between rows: say \"hold\": \"held\"") != std::string::npos)
+        names += f.check + " " + f.found + "; ";
+    return names;
+  };
+  EXPECT_EQ(told(), "d a new value every 2 rows; delta a new value every 2 rows; ");
+  file.session.held_throttle = true;
+  EXPECT_EQ(told(), "delta a new value every 2 rows; ");
+  file.session.steering_every = 0.08;
+  EXPECT_EQ(told(), "");
 }
 
 }  // namespace test_session_health

@@ -108,7 +108,7 @@ void start_delays(const measured::LogMap& map, const std::list<measured::Session
     if (find_pointer(world, pointer) != nullptr) continue;  // fitted before
     if (of_files.empty())
       for (const measured::SessionFile& file : files)
-        of_files.push_back(measured::clock_delays(map, measured::delays_of(measured::at_centre_of_gravity(file))));
+        of_files.push_back(measured::clock_delays(map, measured::delays_of(file)));
     std::vector<double> found;
     for (const auto& delays : of_files)
       if (std::isfinite(delays[g])) found.push_back(delays[g]);

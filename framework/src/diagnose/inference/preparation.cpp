@@ -52,7 +52,7 @@ double noise_to_assume(std::size_t channel, const ChannelNoise& of, std::vector<
   if (of_motion && seen > thresholds::noise_agrees_from * stated && seen < thresholds::hidden_by_motion * stated) {
     health.push_back({Finding::Level::note, name,
                       "at most " + significant(seen) + ", hidden by the car's own quick motion",
-                      "the stated " + significant(stated) + " is used"});
+                      (of.of_sensor ? "the stated " : "that of rounding, ") + significant(stated) + " is used"});
     return std::max(of.least, stated);
   }
   if (stated > 0.0 && seen < thresholds::noise_free * stated) {
@@ -65,8 +65,8 @@ double noise_to_assume(std::size_t channel, const ChannelNoise& of, std::vector<
   const bool agrees =
       stated > 0.0 && seen > thresholds::noise_agrees_from * stated && seen < thresholds::noise_agrees_to * stated;
   if (agrees) return stated;
-  health.push_back({stated > 0.0 ? Finding::Level::note : Finding::Level::good, name,
-                    significant(seen) + (stated > 0.0 ? ", stated " + significant(stated) : ", not stated"),
+  health.push_back({of.of_sensor ? Finding::Level::note : Finding::Level::good, name,
+                    significant(seen) + (of.of_sensor ? ", stated " + significant(stated) : ", not stated"),
                     "the measured one is used"});
   return std::max(of.least, seen);
 }

@@ -55,17 +55,24 @@ MissingEffects::OverNoise largest_over_noise_of(const calibrate::HorizonRow& row
   return out;
 }
 
-/// What sensors alone would leave of errors, over what is usual.
+/// What sensors alone would leave of errors, over what is usual; 0 where it is not known, for a channel that is judged
+/// and has too few readings to show its noise.
 double noise_of_sensors(const std::list<measured::SessionFile>& files, const calibrate::Weighing& weighing) {
   double sum = 0.0, weight = 0.0;
-  for (const measured::SessionFile& file : files)
-    for (std::size_t c = 0; c < calibrate::channels; ++c) {
+  for (std::size_t c = 0; c < calibrate::channels; ++c) {
+    const double w = weighing.channel[c] * weighing.channel[c];
+    bool read = false, measured = false;
+    for (const measured::SessionFile& file : files) {
+      for (std::size_t i = 0; i < file.session.rows() && !read; ++i) read = !std::isnan(file.session.at(i, c));
       const auto noise = measured::noise_of(file.session, c, file.row_step);
       if (!noise) continue;
-      const double w = weighing.channel[c] * weighing.channel[c], z = noise->sigma / weighing.scale[c];
+      measured = true;
+      const double z = noise->sigma / weighing.scale[c];
       sum += w * z * z;
       weight += w;
     }
+    if (read && w > 0.0 && !measured) return 0.0;
+  }
   return weight > 0.0 ? std::sqrt(sum / weight) : 0.0;
 }
 

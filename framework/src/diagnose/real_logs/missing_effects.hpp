@@ -75,7 +75,7 @@ struct MissingEffects {
   /// Of predictions 1 s ahead of time not fitted, as `predict` makes them: rows `given`, `calibrated`, `found`.
   std::vector<calibrate::HorizonRow> rows;
   /// Errors of the model alone, without disturbances that the observer learns, in usual errors of the calibrated world
-  /// (all channels): its own is about 1.
+  /// (all channels): its own is about 1. `noise`: what sensors alone would leave, 0 where that is not known.
   double given = 0, calibrated = 0, found = 0, noise = 0;
   double validation = 0;  // of the calibrated world on validation time, which `ranking` is by
   /// The quantity whose error 1 s ahead is largest over its own sensors' noise, and how many times that is: a channel

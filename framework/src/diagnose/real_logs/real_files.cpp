@@ -74,7 +74,7 @@ Node real_diagnosis_json(const Diagnosis& d, const MissingEffects& found, const 
   Node json = diagnosis_json(d);
   Node& gap = *json.find("gap");
   gap.set("calibrated", number_or_null(found.calibrated));
-  gap.set("noise", number_or_null(found.noise));
+  gap.set("noise", number_or_null(found.noise > 0.0 ? found.noise : NAN));
   gap.set("at_noise", Node(found.at_noise()));
   gap.set("judged", number_or_null(found.validation));
   gap.set("calibration", change_node(found.calibration));

@@ -64,8 +64,9 @@ std::string remaining_text(const MissingEffects& found) {
   if (found.at_noise())
     return text + ", is as large as the sensors' own noise (" + significant(found.noise, 3) +
            "): nothing more can be told from these logs.";
-  text += " where sensors alone would leave ";
-  text += significant(std::min(found.noise, found.found), 2) + ", is not known: ";
+  if (found.noise > 0.0)
+    text += " where sensors alone would leave " + significant(std::min(found.noise, found.found), 2);
+  text += ", is not known: ";
   text += found.named.empty() ? "no effect" : "no other effect";
   text += " that was tried takes enough of it off, or surely enough, to be named";
   if (found.sum_at_noise())

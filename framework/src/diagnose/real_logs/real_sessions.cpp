@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 
 #include "config/errors.hpp"
 #include "measured/centre_of_gravity.hpp"
@@ -28,10 +29,10 @@ void drop_repeated(std::list<SessionFile>& all, const PrintLine& print) {
     }
 }
 
-/// The course turns before the heading or after it, by the car's sideslip: no yaw rate is late against it.
-void forget_yaw_rate(measured::Session& session) {
-  for (std::size_t i = 0; i < session.rows(); ++i)
-    session.reading[i * measured::channels + measured::Channel::yaw_rate] = not_a_number;
+void forget(measured::LogFile& log, std::initializer_list<std::size_t> unread) {
+  for (measured::Log& stretch : log.stretches)
+    for (std::size_t i = 0; i < stretch.size(); ++i)
+      for (const std::size_t c : unread) stretch.reading[i * measured::channels + c] = not_a_number;
 }
 
 }  // namespace
@@ -61,9 +62,11 @@ std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, co
   for (std::size_t g = 0; g < stated.size(); ++g) stated[g] = map.delay(g).value_or(0.0);
   std::vector<measured::LogFile> logs;
   for (const SessionFile& file : files) {
-    measured::Session own = measured::at_centre_of_gravity(file, stated);
-    if (file.derived_yaw) forget_yaw_rate(own);
-    logs.push_back(measured::on_even_grid(own, v_ref));
+    logs.push_back(measured::on_even_grid(measured::at_centre_of_gravity(file, stated), v_ref));
+    // The course turns before the heading or after it, by the car's sideslip: no yaw rate is late against it. Speeds
+    // from differences of the place have its noise, half a step late.
+    if (file.derived_yaw) forget(logs.back(), {measured::Channel::yaw_rate});
+    if (file.derived_velocity) forget(logs.back(), {measured::Channel::vx, measured::Channel::vy});
   }
   return find_channel_delays(logs, SpeedsBy::accelerations);
 }

@@ -11,7 +11,9 @@ using calibrate::FitLog;
 
 namespace {
 
-/// What every start has of each thing.
+constexpr double longest_gap = 0.5;  // [s] between readings
+
+/// What every start has of each thing; NaN where nothing tells it.
 std::map<std::string, std::vector<double>> features_of(const std::vector<FitLog>& logs, double horizon) {
   std::map<std::string, std::vector<double>> features;
   for (const FitLog& log : logs)
@@ -19,9 +21,11 @@ std::map<std::string, std::vector<double>> features_of(const std::vector<FitLog>
       if (!calibrate::has_truth(log, i)) continue;
       const double t = log.starts.time[i];
       const std::size_t row = std::min(log.session->row_before(t), log.session->rows() - 1);
-      const double when = t + 0.5 * horizon;
-      features["speed"].push_back(std::abs(log.session->interpolate(measured::Channel::vx, when)));
-      features["yaw rate"].push_back(std::abs(log.session->interpolate(measured::Channel::yaw_rate, when)));
+      const auto size = [&](std::size_t channel) {
+        return std::abs(log.session->bridge(channel, t + 0.5 * horizon, INFINITY, longest_gap));
+      };
+      features["speed"].push_back(size(measured::Channel::vx));
+      features["yaw rate"].push_back(size(measured::Channel::yaw_rate));
       features["throttle"].push_back(log.session->command[row].d);
       features["steering"].push_back(log.session->command[row].delta);
       features["time"].push_back(t - log.session->t.front());
@@ -39,9 +43,11 @@ Remainder remainder_of(const std::vector<FitLog>& logs, const calibrate::Forecas
   if (third == 0 || !(total > 0.0)) return out;
   for (const auto& feature : features_of(logs, horizon)) {
     const std::vector<double>& value = feature.second;
-    std::vector<std::size_t> order(value.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto key = [&](std::size_t i) { return std::isnan(value[i]) ? 0.0 : value[i]; };
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < value.size(); ++i)
+      if (!std::isnan(value[i])) order.push_back(i);
+    if (order.size() < value.size() - value.size() / 10) continue;  // a third of what is left is no third of the time
+    const auto key = [&](std::size_t i) { return value[i]; };
     std::ranges::stable_sort(order, {}, key);
     double low = 0.0, high = 0.0;
     for (std::size_t i = 0; i < third; ++i) {

@@ -64,6 +64,23 @@ TEST(Preparation, NoiseOfAChannelThatIsReadLessOftenThanRowsIsMeasuredToo) {
     EXPECT_NEAR(sparse_log(rig, 0.0, in).problem.sensor[yaw_rate], true_noise, 0.3 * true_noise);
 }
 
+/// Digits of a log state nothing of its sensors.
+TEST(Preparation, RoundingIsNoStatedNoise) {
+  const DiagnoseRig rig;
+  measured::LogFile file;
+  file.stretches.push_back(rig.simulate(rig.catalogue().null_model(), {.seconds = 30, .seed = 61}));
+  for (double& reading : file.stretches.front().reading) reading = 1e-6 * std::round(1e6 * reading);
+  const Prepared prepared = prepare(rig.catalogue(), rig.road(), {&file, 1}, {});
+  std::size_t told = 0;
+  for (const measured::Finding& h : prepared.health)
+    if (h.check.starts_with("noise of ")) {
+      ++told;
+      EXPECT_TRUE(h.found.ends_with(", not stated")) << h.check << " " << h.found;
+      EXPECT_EQ(h.level, measured::Finding::Level::good) << h.check;
+    }
+  EXPECT_GT(told, 0u);
+}
+
 TEST(Preparation, ReadingsWhoseNoiseNothingTellsAreNotBelievedExact) {
   const DiagnoseRig rig;
   const auto level = [](const Prepared& of) {

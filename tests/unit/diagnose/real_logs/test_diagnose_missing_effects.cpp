@@ -322,6 +322,23 @@ TEST(MissingEffects, AnEffectThatFewStretchesShowIsTried) {
   EXPECT_TRUE(drag->tried);
 }
 
+/// What sensors alone would leave is of all channels that errors are of, also of those that are read in few of the
+/// rows; where one of them does not show its noise, it is not known.
+TEST(MissingEffects, NoiseOfSensorsIsThatOfEveryChannelOrUnknown) {
+  const auto noise_with = [](std::size_t every) {
+    return found_in_log_of(R"({"plant": {"effects": []}})", "{}", {.seconds = 60, .noise = 10}, {},
+                           [&](measured::Session& s) {
+                             for (std::size_t row = 0; row < s.rows(); ++row)
+                               if (row % every != 0) s.reading[row * measured::channels + 5] = NAN;
+                           })
+        .noise;
+  };
+  const double dense = noise_with(1), sparse = noise_with(3);
+  EXPECT_GT(dense, 0.0);
+  EXPECT_NEAR(sparse, dense, 0.3 * dense);
+  EXPECT_EQ(noise_with(40), 0.0);
+}
+
 TEST(MissingEffects, NothingIsNamedWhereNothingIsMissing) {
   const MissingEffects found = found_in_log_of(R"({"plant": {"params": {"Cm1": 14}, "effects": []}})");
   EXPECT_TRUE(found.named.empty()) << found.named.front().addition.name;

@@ -55,6 +55,12 @@ TEST(RealSentence, EndsWhereNothingIsLeftBesideNoise) {
                                        "nothing more can be told from these logs."));
 }
 
+TEST(RealSentence, SaysNothingOfSensorsWhoseNoiseIsNotKnown) {
+  MissingEffects found = found_with({});
+  found.noise = 0.0;
+  EXPECT_THAT(text_of(found), HasSubstr("What remains, 1 usual errors, is not known: no effect"));
+}
+
 /// One channel that is wrong drowns in the sum of all.
 TEST(RealSentence, DoesNotEndWhereOneChannelIsFarAboveItsNoise) {
   MissingEffects found = found_with({});

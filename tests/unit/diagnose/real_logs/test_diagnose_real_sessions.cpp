@@ -102,23 +102,47 @@ TEST(RealSessions, ALogWithoutAnythingToTellADelayByHasNone) {
   EXPECT_TRUE(channel_delays({bare}, measured::gripline_map(), 2.0).empty());
 }
 
+/// A log with the place and these channels alone.
+measured::SessionFile with_only(const measured::Session& all, std::initializer_list<std::size_t> read) {
+  measured::DelimitedTable table;
+  table.name = {"t_s", "delta_rad"};
+  table.column = {all.t, {}};
+  for (const auto& command : all.command) table.column[1].push_back(command.delta);
+  for (const std::size_t c : read) {
+    table.name.emplace_back(measured::channel_info[c].column);
+    table.column.emplace_back();
+    for (std::size_t i = 0; i < all.rows(); ++i) table.column.back().push_back(all.at(i, c));
+  }
+  table.unit.resize(table.name.size());
+  for (std::size_t i = 0; i < all.rows(); ++i) table.line.push_back(static_cast<int>(i) + 2);
+  return measured::read_session(std::move(table), measured::gripline_map());
+}
+
 /// A slow car's course leads its heading.
 TEST(RealSessions, NoYawRateIsLateAgainstACourse) {
+  using measured::Channel;
   const test::CalibrateRig rig;
-  const measured::Session all = test::drive(rig.vehicle.car(), {.seconds = 60});
-  measured::DelimitedTable table;
-  table.name = {"t_s", "x_m", "y_m", "vx_mps", "yaw_rate_radps", "delta_rad"};
-  table.unit.resize(table.name.size());
-  table.column.resize(table.name.size());
-  for (std::size_t i = 0; i < all.rows(); ++i) {
-    const std::array<double, 6> row = {all.t[i],     all.at(i, 0), all.at(i, 1),
-                                       all.at(i, 3), all.at(i, 5), all.command[i].delta};
-    for (std::size_t c = 0; c < row.size(); ++c) table.column[c].push_back(row[c]);
-    table.line.push_back(static_cast<int>(i) + 2);
-  }
-  const measured::SessionFile file = measured::read_session(std::move(table), measured::gripline_map());
+  const measured::SessionFile file = with_only(test::drive(rig.vehicle.car(), {.seconds = 60}),
+                                               {Channel::x, Channel::y, Channel::vx, Channel::yaw_rate});
   ASSERT_TRUE(file.derived_yaw);
   EXPECT_TRUE(channel_delays({file}, measured::gripline_map(), 2.0).empty());
+}
+
+/// Differences of the place are half a step late by themselves.
+TEST(RealSessions, NoSpeedIsLateAgainstThePlaceThatItIsMadeOf) {
+  using measured::Channel;
+  const test::CalibrateRig rig;
+  measured::Session all = test::drive(rig.vehicle.car(), {.seconds = 120});
+  measured::Session few;
+  for (std::size_t i = 0; i < all.rows(); i += 10) {
+    few.t.push_back(all.t[i]);
+    few.command.push_back(all.command[i]);
+    for (std::size_t c = 0; c < measured::channels; ++c) few.reading.push_back(all.at(i, c));
+  }
+  const measured::SessionFile file = with_only(few, {Channel::x, Channel::y, Channel::yaw});
+  ASSERT_TRUE(file.derived_velocity);
+  for (const ChannelDelay& delay : channel_delays({file}, measured::gripline_map(), 2.0))
+    ADD_FAILURE() << delay.name() << " " << delay.seconds;
 }
 
 }  // namespace test_diagnose_real_sessions
