@@ -175,7 +175,9 @@ RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading
       .width = usual_width(traces[0].points, traces[1].points), .surveyed = true, .largest_gap = reading.largest_gap};
   std::vector<EdgePoints> edges;
   for (std::size_t i = 0; i < 2; ++i) {
+    const std::size_t before = remarks.size();
     in_file(files[i], [&] { repair(traces[i], how, remarks); });
+    for (std::size_t k = before; k < remarks.size(); ++k) remarks[k] = shown(files[i]) + ": " + remarks[k];
     edges.push_back({std::move(traces[i].points), std::move(traces[i].height)});
   }
   RoadTable road;
@@ -202,7 +204,9 @@ RoadTable read_road(std::span<const fs::path> files, const RoadReading& reading,
   if (reading.width > 0.0 && (json || lines)) refuse(files[0], "has widths of its own; --width is for a trace without");
   RoadTable road;
   if (lines) {
-    road = from_shape(shape_from_table(read_csv(files[0])));
+    const TrackShape shape = shape_from_table(read_csv(files[0]));
+    road = from_shape(shape);
+    remarks.insert(remarks.end(), shape.remarks.begin(), shape.remarks.end());
   } else if (files.size() == 2) {
     road = from_edges(files, reading, remarks);
   } else if (json) {

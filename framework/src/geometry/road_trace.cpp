@@ -170,6 +170,7 @@ class GpxReader {
     const PlanePoint at{*longitude * degree, *latitude * degree};
     if (!trace_.points.empty() && at.x == trace_.points.back().x && at.y == trace_.points.back().y) return;
     trace_.points.push_back(at);
+    trace_.line.push_back(line);
     trace_.height.push_back(place.get_optional<double>("ele").value_or(not_a_number));
   }
   /// Points without a height: between their neighbours if they are few.
@@ -246,6 +247,7 @@ RoadTrace read_csv_trace(const fs::path& file) {
       continue;
     }
     trace.points.push_back(at);
+    trace.line.push_back(table.line[i]);
     if (height) trace.height.push_back((*height)[i]);
     if (right && !((*right)[i] > 0.0 && (*left)[i] > 0.0))
       refuse(file, table.line[i],

@@ -15,6 +15,7 @@ struct RoadTrace {
   std::vector<double> height;       ///< [m]
   std::vector<double> right, left;  ///< [m]
   std::vector<double> grade, bank;  ///< [rad]
+  std::vector<int> line;            ///< of each point in its file, 0: unknown; empty: not from a file
   bool on_earth = false;
   std::vector<std::string> remarks;  ///< what of the file is left out or made up, a line each
 };

@@ -7,8 +7,10 @@
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "geometry/height_drift.hpp"
+#include "geometry/long_steps.hpp"
 #include "geometry/middle_line.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline {
 namespace {
@@ -85,6 +87,17 @@ void check_width(const CsvTable& table, const char* name) {
                     std::string_view(name) == "w_tr_left_m" ? "left" : "right", width[i]));
 }
 
+/// Tells where points seem to be missing of a road with half widths at them.
+void remark_long_steps(TrackShape& shape, const CsvTable& table) {
+  std::vector<double> widths;
+  for (const double s : shape.centre.spline()->knot_stations())
+    widths.push_back(shape.half_width_right.at(s) + shape.half_width_left.at(s));
+  const std::span<const PlanePoint> points = shape.points->points();
+  std::string remark =
+      remark_of_long_steps(points, std::span(table.line).first(points.size()), median(std::move(widths)));
+  if (!remark.empty()) shape.remarks.push_back(std::move(remark));
+}
+
 TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& options) {
   const std::array<std::string, 6> known{"x_m", "y_m", "w_tr_right_m", "w_tr_left_m", "grade_rad", "bank_rad"};
   check_columns(table, known);
@@ -110,6 +123,7 @@ TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& optio
                    .grade = std::move(grade),
                    .bank = std::move(bank)};
   shape.points = ClosedPolyline(std::move(points));
+  remark_long_steps(shape, table);
   return shape;
 }
 
@@ -150,6 +164,7 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
   TrackShape shape{
       .centre = std::move(centre), .half_width_right = std::move(right), .half_width_left = std::move(left)};
   shape.points = ClosedPolyline(std::move(points));
+  remark_long_steps(shape, table);
   return shape;
 }
 
@@ -185,7 +200,7 @@ void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
   double longest = 0.0;
   for (std::size_t i = 1; i < points.size(); ++i) longest = std::max(longest, distance(points[i], points[i - 1]));
   const double gap = distance(points.front(), points.back());
-  if (gap > 5.0 * longest)
+  if (gap > std::max(5.0 * step_quantile(points, 0.9), 3.0 * longest))
     throw GeometryError(
         format("the line is open: its last point is %.4g m from its first, its longest step is %.4g m", gap, longest));
 }
@@ -203,6 +218,7 @@ EdgePoints EdgePoints::from_table(const CsvTable& table) {
   check_columns(table, known);
   EdgePoints edge;
   edge.points = points_of(table, "x_m", "y_m", {});
+  edge.lines.assign(table.line.begin(), table.line.begin() + static_cast<std::ptrdiff_t>(edge.points.size()));
   if (table.find("z_m") >= 0) {
     edge.heights = table.column("z_m");
     if (const std::size_t lap = edge.points.size(); edge.heights.size() > lap) {  // that row repeats the first
@@ -247,7 +263,8 @@ TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& ou
     add_slopes(shape, middle, height_table(inner, inner_points.heights), height_table(outer, outer_points.heights),
                inner_left);
   for (const auto& [edge, name] : {std::pair(&inner_points, "inner"), std::pair(&outer_points, "outer")})
-    if (!edge->remark.empty()) shape.remarks.push_back(std::string(name) + " edge: " + edge->remark);
+    for (const std::string& remark : {edge->remark, remark_of_long_steps(edge->points, edge->lines, sides.distance)})
+      if (!remark.empty()) shape.remarks.push_back(std::string(name) + " edge: " + remark);
   shape.points = ClosedPolyline(std::move(middle.points));
   return shape;
 }
