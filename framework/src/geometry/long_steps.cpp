@@ -1,6 +1,7 @@
 #include "geometry/long_steps.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "util/numbers.hpp"
@@ -17,6 +18,30 @@ std::string step_place(std::span<const PlanePoint> points, std::span<const int> 
   return format("(%.6g, %.6g) and (%.6g, %.6g)", points[i].x, points[i].y, points[i + 1].x, points[i + 1].y);
 }
 
+/// Step i of a closed line beside those before and after it.
+class LongStep {
+ public:
+  LongStep(std::span<const PlanePoint> points, std::size_t i)
+      : before_(way(points, i + points.size() - 1)), step_(way(points, i)), after_(way(points, i + 1)) {}
+
+  double length() const { return std::hypot(step_.x, step_.y); }
+  /// An edge where a pit lane or a run-off begins leads aside and goes on as it came.
+  bool aside() const { return cosine(before_, after_) > 0.9 && std::abs(cosine(step_, after_)) < 0.5; }
+  /// Within 0.8 degrees.
+  bool straight() const { return std::min(cosine(before_, step_), cosine(step_, after_)) > 0.9999; }
+
+ private:
+  static PlanePoint way(std::span<const PlanePoint> points, std::size_t i) {
+    const PlanePoint &from = points[i % points.size()], &to = points[(i + 1) % points.size()];
+    return {to.x - from.x, to.y - from.y};
+  }
+  static double cosine(const PlanePoint& a, const PlanePoint& b) {
+    return (a.x * b.x + a.y * b.y) / (std::hypot(a.x, a.y) * std::hypot(b.x, b.y));
+  }
+
+  PlanePoint before_, step_, after_;
+};
+
 }  // namespace
 
 double step_quantile(std::span<const PlanePoint> points, double share) {
@@ -29,11 +54,15 @@ std::string remark_of_long_steps(std::span<const PlanePoint> points, std::span<c
   const double usual = step_quantile(points, 0.9);
   std::size_t longest = 0, count = 0;
   double most = 0.0;
+  constexpr double widest_aside = 4.0;  // widths
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double step = distance(points[i], points[(i + 1) % points.size()]);
-    if (!(step > std::max(3.0 * usual, width))) continue;
+    const LongStep step(points, i);
+    const double length = step.length();
+    if (!(length > std::max(3.0 * usual, width))) continue;
+    if (length <= 10.0 * usual && step.straight()) continue;
+    if (length <= widest_aside * width && step.aside()) continue;
     ++count;
-    if (step > most) most = step, longest = i;
+    if (length > most) most = length, longest = i;
   }
   if (count == 0) return {};
   const std::string others = count == 1 ? "" : format("; %zu steps are so long, this one most", count);

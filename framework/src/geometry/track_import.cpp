@@ -101,6 +101,10 @@ void remark_long_steps(TrackShape& shape, const CsvTable& table) {
 TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& options) {
   const std::array<std::string, 6> known{"x_m", "y_m", "w_tr_right_m", "w_tr_left_m", "grade_rad", "bank_rad"};
   check_columns(table, known);
+  if (table.find("w_tr_right_m") < 0 && table.find("w_tr_left_m") < 0)
+    refuse(table, 1,
+           "has no widths (w_tr_right_m,w_tr_left_m); gripline track FILE.csv --width METRES --out ROAD.json makes a "
+           "road of a trace");
   std::vector<PlanePoint> points = points_of(table, "x_m", "y_m", options);
   for (const char* name : {"w_tr_right_m", "w_tr_left_m"}) check_width(table, name);
   ClosedCurve centre = ClosedCurve::from_points(points);
@@ -136,6 +140,18 @@ void check_side(const CsvTable& table, const char* edge, std::span<const double>
                     std::abs(lefts[i]), left ? "right" : "left", left ? "left" : "right"));
 }
 
+/// The points of an edge lie across the road from those of the centre line, each by its line.
+void check_correspondence(const CsvTable& table, const char* edge, std::span<const double> along,
+                          std::span<const double> lefts) {
+  for (std::size_t i = 0; i < along.size(); ++i)
+    if (std::abs(along[i]) > std::abs(lefts[i]))
+      refuse(
+          table, table.line[i],
+          format("the point of the %s edge lies %.4g m along the road from that of the centre line and %.4g m beside "
+                 "it; expected points that correspond, or the two edges as files of their own",
+                 edge, std::abs(along[i]), std::abs(lefts[i])));
+}
+
 TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options) {
   const std::array<std::string, 6> known{"x_center_m", "y_center_m", "x_inner_m",
                                          "y_inner_m",  "x_outer_m",  "y_outer_m"};
@@ -143,8 +159,8 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
   std::vector<PlanePoint> points = points_of(table, "x_center_m", "y_center_m", options);
   ClosedCurve centre = ClosedCurve::from_points(points);
   const std::vector<double> stations = centre.spline()->knot_stations();
-  std::array<std::vector<double>, 2> widths, lefts;  // inner, outer; lefts: signed distances, left positive
-  std::array<double, 2> side{};                      // their sums
+  std::array<std::vector<double>, 2> widths, lefts, along;  // inner, outer; lefts: signed distances, left positive
+  std::array<double, 2> side{};                             // sums of lefts
   for (int edge = 0; edge < 2; ++edge) {
     const std::vector<double> x = table.column(edge == 0 ? "x_inner_m" : "x_outer_m");
     const std::vector<double> y = table.column(edge == 0 ? "y_inner_m" : "y_outer_m");
@@ -153,9 +169,12 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
       const double dx = x[i] - points[i].x, dy = (options.left_handed ? -y[i] : y[i]) - points[i].y;
       widths[edge].push_back(std::hypot(dx, dy));
       lefts[edge].push_back(std::cos(at.yaw) * dy - std::sin(at.yaw) * dx);
+      along[edge].push_back(std::cos(at.yaw) * dx + std::sin(at.yaw) * dy);
       side[edge] += lefts[edge].back();
     }
   }
+  for (int edge = 0; edge < 2; ++edge)
+    check_correspondence(table, edge == 0 ? "inner" : "outer", along[edge], lefts[edge]);
   if (side[0] * side[1] >= 0.0) refuse(table, 0, "inner and outer edge lie on the same side of the centre line");
   for (int edge = 0; edge < 2; ++edge) check_side(table, edge == 0 ? "inner" : "outer", lefts[edge], side[edge] > 0.0);
   const bool inner_left = side[0] > 0.0;

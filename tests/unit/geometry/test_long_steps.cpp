@@ -64,6 +64,33 @@ TEST(LongSteps, FewPointsOnStraightsAreNoGap) {
   EXPECT_EQ(remark_of_long_steps(road, {}, 8.0), "");
 }
 
+/// Points every metre on a ring of 200 m, but a straight of this length whose ends run straight on.
+TEST(LongSteps, AStraightHasFewerPoints) {
+  const auto road = [](double straight) {
+    std::vector<PlanePoint> points;
+    for (int i = 0; i < 1200; ++i) points.push_back({200 * std::sin(pi * i / 600), 200 - 200 * std::cos(pi * i / 600)});
+    for (PlanePoint& p : points)
+      if (p.x > 0.0) p.x += straight;
+    return points;
+  };
+  EXPECT_EQ(remark_of_long_steps(road(8.0), {}, 4.0), "");
+  EXPECT_THAT(remark_of_long_steps(road(12.0), {}, 4.0), HasSubstr("2 steps are so long"));
+}
+
+/// An edge beside which a pit lane begins and ends.
+TEST(LongSteps, AStepAsideIsNoGap) {
+  const auto road = [](double aside) {
+    std::vector<PlanePoint> points;
+    for (int i = 0; i < 200; ++i) {
+      const double r = i < 20 ? 100.0 + aside : 100.0;
+      points.push_back({r * std::cos(2 * pi * i / 200), r * std::sin(2 * pi * i / 200)});
+    }
+    return points;
+  };
+  EXPECT_EQ(remark_of_long_steps(road(25.0), {}, 10.0), "");
+  EXPECT_THAT(remark_of_long_steps(road(60.0), {}, 10.0), HasSubstr("2 steps are so long"));
+}
+
 /// Wherever the file begins, the same piece is missing.
 TEST_F(RoadFiles, AMissingPieceIsToldOrRefused) {
   const auto file = [&](int from, int to, int first, const char* header) {

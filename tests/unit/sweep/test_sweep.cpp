@@ -34,12 +34,11 @@ TEST_F(Planning, AValueThatIsRefusedIsToldAtItsAssignment) {
 
 /// Nobody gave the values of a list at --set.
 TEST_F(Planning, AValueOfAListThatIsRefusedIsToldInTheList) {
-  const Folder folder;
-  write_text(folder / "list.csv", "/world/duration,/base/planner/params/mu\n0.4,0.3\n0.4, fast\n");
-  request_.design = Design::list(folder / "list.csv");
+  write_text(folder_ / "list.csv", "/world/duration,/base/planner/params/mu\n0.4,0.3\n0.4, fast\n");
+  request_.design = Design::list(folder_ / "list.csv");
   EXPECT_THAT(refusal([&] { planned(); }), HasSubstr("list.csv:3:6: /base/planner/params/mu: fast: "));
-  write_text(folder / "list.csv", "/base/planner/params/mu,/world/friction\n0.3,{\"points\": x}\n");
-  request_.design = Design::list(folder / "list.csv");
+  write_text(folder_ / "list.csv", "/base/planner/params/mu,/world/friction\n0.3,{\"points\": x}\n");
+  request_.design = Design::list(folder_ / "list.csv");
   EXPECT_THAT(refusal([&] { planned(); }), HasSubstr("list.csv:2:5: /world/friction: {\"points\": x}: "));
 }
 
