@@ -56,19 +56,15 @@ std::vector<std::string> check_other_columns(const fs::path& file, const CsvTabl
     const auto among = [&](const std::vector<std::string>& known) {
       return std::find(known.begin(), known.end(), name) != known.end();
     };
-    if (among(road) || among(aliases)) {
-      if (std::count(table.header.begin(), table.header.end(), name) > 1)
-        refuse(file, 1, "column \"" + name + "\" is there twice");
-      // Places and heights may be there under two names.
-      if (among(used)) continue;
-      others += (others.empty() ? "" : ",") + name;
-      continue;
-    }
+    const bool known = among(road) || among(aliases);
+    if (known && std::count(table.header.begin(), table.header.end(), name) > 1)
+      refuse(file, 1, "column \"" + name + "\" is there twice");
+    if (among(used)) continue;
     const auto longer =
-        std::find_if(road.begin(), road.end(), [&](const std::string& known) { return known.starts_with(name + "_"); });
+        std::find_if(road.begin(), road.end(), [&](const std::string& one) { return one.starts_with(name + "_"); });
     const std::string hint = longer != road.end() ? "; did you mean \"" + *longer + "\"?" : did_you_mean(name, road);
-    if (widths) refuse(file, 1, "unknown column \"" + name + "\"" + hint);
-    others += (others.empty() ? "" : ",") + name;
+    if (widths && !known) refuse(file, 1, "unknown column \"" + name + "\"" + hint);
+    others += (others.empty() ? "" : ",") + name;  // places and heights may be there under two names
   }
   if (others.empty()) return {};
   return {"columns that are left out: " + harmless(others)};

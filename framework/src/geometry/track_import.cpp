@@ -70,7 +70,9 @@ void check_columns(const CsvTable& table, std::span<const std::string> known) {
       const bool trace = std::ranges::find(columns_of_traces, name) != columns_of_traces.end();
       refuse(table, 1,
              "unknown column \"" + name + "\"" +
-                 (trace ? "; gripline track FILE.csv --out ROAD.json makes a road of it" : did_you_mean(name, known)));
+                 (trace ? format("; gripline track FILE.csv %s--out ROAD.json makes a road of it",
+                                 table.find("w_tr_right_m") < 0 ? "--width METRES " : "")
+                        : did_you_mean(name, known)));
     }
     if (std::count(table.header.begin(), table.header.end(), name) > 1)
       refuse(table, 1, "column \"" + name + "\" is there twice");

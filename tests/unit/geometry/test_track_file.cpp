@@ -195,6 +195,8 @@ TEST(TrackFile, FormatsOfOtherToolsAreSentToGriplineTrack) {
     std::ofstream(folder / name) << text << (std::string_view(name).ends_with(".csv") ? "1,2,3,4,5\n" : "");
     EXPECT_THAT(refusal('"' + (folder / name).string() + '"'), HasSubstr("--out ROAD.json makes a road of it")) << name;
   }
+  EXPECT_THAT(refusal('"' + (folder / "gripline_earth.csv").string() + '"'),
+              HasSubstr("track FILE.csv --width METRES"));
   std::ofstream(folder / "gripline_road.xodr") << "<OpenDRIVE/>\n";
   EXPECT_THAT(refusal('"' + (folder / "gripline_road.xodr").string() + '"'),
               testing::AllOf(HasSubstr("is OpenDRIVE, which is not read; export its reference line as a CSV"),
