@@ -132,6 +132,18 @@ TEST_F(CliTrack, TrackProposesSmoothingOnlyWhereTheLineIsWrong) {
               HasSubstr("full_size.json: the car is"));
 }
 
+/// Half widths of 40 m on a lap of 414 m are no noise.
+TEST_F(CliTrack, TrackDoubtsWidthsThatNoSmoothingWouldFit) {
+  std::string text = "x_m,y_m,w_tr_right_m,w_tr_left_m\n";
+  for (int i = 0; i < 200; ++i)
+    text += std::to_string(80 * std::cos(0.0314159265 * i)) + "," + std::to_string(50 * std::sin(0.0314159265 * i)) +
+            ",40,40\n";
+  write_text(folder_ / "wide.csv", text);
+  const Outcome outcome = gripline_with({"track", folder_ / "wide.csv"});
+  EXPECT_EQ(outcome.code, 2) << outcome.out;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("are the widths metres?"), Not(HasSubstr("--smooth"))));
+}
+
 TEST_F(CliTrack, TrackSaysWhatIsLeftOutOfWhatItWrites) {
   write_text(folder_ / "walls.json", R"({"segments": [{"arc": {"radius": 40, "turn": "360 deg"}}], "half_width": 3,
              "walls": {"left": 1}, "start": {"x": 0, "y": 80, "yaw": "180 deg"}})");

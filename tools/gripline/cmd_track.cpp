@@ -19,6 +19,7 @@
 #include "gripline/command.hpp"
 #include "gripline/track_picture.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 #include "util/whole_file.hpp"
 #include "world/world_spec.hpp"
 
@@ -215,14 +216,18 @@ struct Prepared {
 bool says_line_is_wrong(std::string_view message) { return message.starts_with("the road "); }
 
 /// The smoothing that would make a road of what is none; 0 where its line is not what is wrong, as where it is a road
-/// until it is scaled.
+/// until it is scaled, or where the line would have to move by half the road: that is no noise.
 double helpful_smoothing(const Prepared& prepared, std::string_view message) {
   if (!says_line_is_wrong(message)) return 0.0;
   try {
     to_track(prepared.raw);
     return 0.0;
   } catch (const GeometryError& error) {
-    return says_line_is_wrong(error.what()) ? helpful_tolerance(prepared.raw) : 0.0;
+    const double tolerance = says_line_is_wrong(error.what()) ? helpful_tolerance(prepared.raw) : 0.0;
+    std::vector<double> widths;
+    for (std::size_t i = 0; i < prepared.raw.size(); ++i)
+      widths.push_back(prepared.raw.right[i] + prepared.raw.left[i]);
+    return tolerance < 0.5 * median(std::move(widths)) ? tolerance : 0.0;
   }
 }
 

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
+#include "geometry/middle_line.hpp"
 #include "geometry/road_trace.hpp"
 #include "geometry/trace_repair.hpp"
 #include "geometry/track_file.hpp"
@@ -41,14 +43,23 @@ std::string lower_ending(const fs::path& file) {
   return ending;
 }
 
+/// Within so few degrees of 0, 0 is only sea: numbers of that size are radians.
+void tell_radians(RoadTrace& trace) {
+  constexpr double half_turn = std::numbers::pi, degree = half_turn / 180.0;
+  const auto small = [](const PlanePoint& p) {
+    return std::abs(p.y) <= 0.5 * half_turn * degree && std::abs(p.x) <= half_turn * degree;
+  };
+  if (trace.on_earth && std::ranges::all_of(trace.points, small))
+    trace.remarks.emplace_back("the places lie in the sea, near latitude 0 and longitude 0: radians? Expected degrees");
+}
+
 RoadTrace read_trace(const fs::path& file) {
   if (const std::string why = why_unreadable(file); !why.empty()) refuse(file, why);
   const std::string ending = lower_ending(file);
-  if (ending == ".xodr")
-    refuse(file,
-           "is OpenDRIVE, which is not read; export its reference line as a CSV x_m,y_m,w_tr_right_m,w_tr_left_m");
+  if (ending == ".xodr") refuse(file, not_opendrive);
   RoadTrace trace = ending == ".gpx" ? read_gpx_trace(file) : read_csv_trace(file);
   in_file(file, [&] { require_points(trace); });
+  tell_radians(trace);
   return trace;
 }
 
@@ -156,6 +167,16 @@ std::optional<Pose> own_start(const Track& track) {
   return start;
 }
 
+/// Says so where the edge that is named first, the left one, lies to the right.
+void tell_exchanged(std::span<const fs::path> files, const std::vector<EdgePoints>& edges,
+                    std::vector<std::string>& remarks) {
+  const EdgeSides sides = compare_edges(ClosedPolyline(edges[0].points), ClosedPolyline(edges[1].points));
+  if (sides.left <= 0.0) return;
+  remarks.push_back(shown(files[0]) +
+                    ", named as the left edge, lies to the right of the direction of travel: are the files exchanged, "
+                    "their rows in reverse, or does y point to the right?");
+}
+
 RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading, std::vector<std::string>& remarks) {
   std::vector<RoadTrace> traces;
   for (const fs::path& file : files) {
@@ -175,7 +196,9 @@ RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading
       .width = usual_width(traces[0].points, traces[1].points), .surveyed = true, .largest_gap = reading.largest_gap};
   std::vector<EdgePoints> edges;
   for (std::size_t i = 0; i < 2; ++i) {
+    const std::size_t before = remarks.size();
     in_file(files[i], [&] { repair(traces[i], how, remarks); });
+    for (std::size_t k = before; k < remarks.size(); ++k) remarks[k] = shown(files[i]) + ": " + remarks[k];
     edges.push_back({std::move(traces[i].points), std::move(traces[i].height)});
   }
   RoadTable road;
@@ -184,6 +207,7 @@ RoadTable from_edges(std::span<const fs::path> files, const RoadReading& reading
   } catch (const GeometryError& error) {
     throw InputError(shown(files[0]) + " and " + shown(files[1]) + ": " + error.what());
   }
+  tell_exchanged(files, edges, remarks);
   const double length = ClosedCurve::from_points(road.points).length();
   remarks.push_back(
       format("the centre line is where both edges are equally far: %zu points on %.5g m", road.points.size(), length));
@@ -202,7 +226,9 @@ RoadTable read_road(std::span<const fs::path> files, const RoadReading& reading,
   if (reading.width > 0.0 && (json || lines)) refuse(files[0], "has widths of its own; --width is for a trace without");
   RoadTable road;
   if (lines) {
-    road = from_shape(shape_from_table(read_csv(files[0])));
+    const TrackShape shape = shape_from_table(read_csv(files[0]));
+    road = from_shape(shape);
+    remarks.insert(remarks.end(), shape.remarks.begin(), shape.remarks.end());
   } else if (files.size() == 2) {
     road = from_edges(files, reading, remarks);
   } else if (json) {

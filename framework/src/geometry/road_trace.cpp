@@ -26,10 +26,14 @@ constexpr double degree = std::numbers::pi / 180.0;
   throw InputError({Diagnostic{shown(file), line, line > 0 ? 1 : 0, {}, std::move(message), {}}});
 }
 
-/// The column of one of these names.
-std::optional<std::vector<double>> column(const CsvTable& table, std::initializer_list<const char*> names) {
-  for (const char* name : names)
-    if (table.find(name) >= 0) return table.column(name);
+/// The column of one of these names, which is told to `used`.
+std::optional<std::vector<double>> column(const CsvTable& table, std::initializer_list<const char*> names,
+                                          std::vector<std::string>& used) {
+  for (const char* name : names) {
+    if (table.find(name) < 0) continue;
+    used.emplace_back(name);
+    return table.column(name);
+  }
   return std::nullopt;
 }
 
@@ -40,8 +44,9 @@ void check_on_earth(const fs::path& file, int line, double latitude, double long
                 longitude));
 }
 
-/// What a table has beside the columns that are read.
-std::vector<std::string> check_other_columns(const fs::path& file, const CsvTable& table, bool widths) {
+/// What a table has beside the columns that are `used`.
+std::vector<std::string> check_other_columns(const fs::path& file, const CsvTable& table, bool widths,
+                                             const std::vector<std::string>& used) {
   static const std::vector<std::string> road{"x_m",      "y_m", "w_tr_right_m", "w_tr_left_m", "grade_rad",
                                              "bank_rad", "z_m", "lat",          "lon",         "ele"};
   static const std::vector<std::string> aliases{"x",       "y", "longitude", "lng", "lon_deg", "latitude",
@@ -51,16 +56,15 @@ std::vector<std::string> check_other_columns(const fs::path& file, const CsvTabl
     const auto among = [&](const std::vector<std::string>& known) {
       return std::find(known.begin(), known.end(), name) != known.end();
     };
-    if (among(road) || among(aliases)) {
-      if (std::count(table.header.begin(), table.header.end(), name) > 1)
-        refuse(file, 1, "column \"" + name + "\" is there twice");
-      continue;
-    }
+    const bool known = among(road) || among(aliases);
+    if (known && std::count(table.header.begin(), table.header.end(), name) > 1)
+      refuse(file, 1, "column \"" + name + "\" is there twice");
+    if (among(used)) continue;
     const auto longer =
-        std::find_if(road.begin(), road.end(), [&](const std::string& known) { return known.starts_with(name + "_"); });
+        std::find_if(road.begin(), road.end(), [&](const std::string& one) { return one.starts_with(name + "_"); });
     const std::string hint = longer != road.end() ? "; did you mean \"" + *longer + "\"?" : did_you_mean(name, road);
-    if (widths) refuse(file, 1, "unknown column \"" + name + "\"" + hint);
-    others += (others.empty() ? "" : ",") + name;
+    if (widths && !known) refuse(file, 1, "unknown column \"" + name + "\"" + hint);
+    others += (others.empty() ? "" : ",") + name;  // places and heights may be there under two names
   }
   if (others.empty()) return {};
   return {"columns that are left out: " + harmless(others)};
@@ -170,7 +174,20 @@ class GpxReader {
     const PlanePoint at{*longitude * degree, *latitude * degree};
     if (!trace_.points.empty() && at.x == trace_.points.back().x && at.y == trace_.points.back().y) return;
     trace_.points.push_back(at);
-    trace_.height.push_back(place.get_optional<double>("ele").value_or(not_a_number));
+    trace_.line.push_back(line);
+    trace_.height.push_back(height_of(place, line));
+  }
+  /// The height of a point, not a number if it has none. What cannot be read is no missing height.
+  double height_of(const ptree& place, int line) const {
+    const auto height = place.get_optional<double>("ele");
+    if (height) return *height;
+    std::istringstream words(place.get<std::string>("ele", ""));
+    std::string text;
+    words >> text;
+    if (text.empty() || text == "nan" || text == "NaN") return not_a_number;
+    refuse(file_, line,
+           "point " + std::to_string(read_) + " has the height \"" + harmless(place.get<std::string>("ele")) +
+               "\"; expected a number of metres without its unit, with '.' as the decimal sign");
   }
   /// Points without a height: between their neighbours if they are few.
   void fill_heights() {
@@ -218,10 +235,12 @@ std::array<double, 3> earth_centred(const PlanePoint& place) {
 RoadTrace read_csv_trace(const fs::path& file) {
   const CsvTable table = read_csv(file);
   RoadTrace trace;
-  auto x = column(table, {"x_m", "x"}), y = column(table, {"y_m", "y"});
+  std::vector<std::string> used;
+  auto x = column(table, {"x_m", "x"}, used), y = column(table, {"y_m", "y"}, used);
   if (!x || !y) {
-    x = column(table, {"lon", "longitude", "lng", "lon_deg"});
-    y = column(table, {"lat", "latitude", "lat_deg"});
+    used.clear();
+    x = column(table, {"lon", "longitude", "lng", "lon_deg"}, used);
+    y = column(table, {"lat", "latitude", "lat_deg"}, used);
     trace.on_earth = true;
   }
   if (!x || !y) {
@@ -229,11 +248,11 @@ RoadTrace read_csv_trace(const fs::path& file) {
     for (const std::string& name : table.header) names += (names.empty() ? "" : ",") + name;
     refuse(file, 1, "expected columns x_m,y_m or lat,lon; found " + harmless(names));
   }
-  const auto height = column(table, {"z_m", "z", "ele", "elevation", "alt", "altitude"});
-  const auto right = column(table, {"w_tr_right_m"}), left = column(table, {"w_tr_left_m"});
-  const auto grade = column(table, {"grade_rad"}), bank = column(table, {"bank_rad"});
+  const auto height = column(table, {"z_m", "z", "ele", "elevation", "alt", "altitude"}, used);
+  const auto right = column(table, {"w_tr_right_m"}, used), left = column(table, {"w_tr_left_m"}, used);
+  const auto grade = column(table, {"grade_rad"}, used), bank = column(table, {"bank_rad"}, used);
   if (right.has_value() != left.has_value()) refuse(file, 1, "w_tr_right_m and w_tr_left_m go together");
-  trace.remarks = check_other_columns(file, table, right.has_value());
+  trace.remarks = check_other_columns(file, table, right.has_value(), used);
   for (std::size_t i = 0; i < x->size(); ++i) {
     if (trace.on_earth) check_on_earth(file, table.line[i], (*y)[i], (*x)[i]);
     if (!(std::max(std::abs((*x)[i]), std::abs((*y)[i])) <= 1e8))
@@ -246,6 +265,7 @@ RoadTrace read_csv_trace(const fs::path& file) {
       continue;
     }
     trace.points.push_back(at);
+    trace.line.push_back(table.line[i]);
     if (height) trace.height.push_back((*height)[i]);
     if (right && !((*right)[i] > 0.0 && (*left)[i] > 0.0))
       refuse(file, table.line[i],

@@ -15,6 +15,7 @@ struct RoadTrace {
   std::vector<double> height;       ///< [m]
   std::vector<double> right, left;  ///< [m]
   std::vector<double> grade, bank;  ///< [rad]
+  std::vector<int> line;            ///< of each point in its file, 0: unknown; empty: not from a file
   bool on_earth = false;
   std::vector<std::string> remarks;  ///< what of the file is left out or made up, a line each
 };
@@ -23,7 +24,7 @@ struct RoadTrace {
 /// world's road, and else left out: loggers have many. Throws InputError with file, line and column.
 RoadTrace read_csv_trace(const std::filesystem::path& file);
 /// Track points of a GPX file, else its route points. Where a tenth of the points or less have no height, it is
-/// interpolated; where more have none, heights are left out. Throws InputError.
+/// interpolated; where more have none, heights are left out. Throws InputError, also where a height is no number.
 RoadTrace read_gpx_trace(const std::filesystem::path& file);
 
 /// Where places on the earth are in the plane that touches the WGS 84 ellipsoid at `origin` (longitude, latitude).

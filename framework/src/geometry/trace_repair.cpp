@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "geometry/height_drift.hpp"
+#include "geometry/long_steps.hpp"
 #include "geometry/track_import.hpp"
 #include "util/numbers.hpp"
 
@@ -21,17 +22,8 @@ void each_column(RoadTrace& trace, const Use& use) {
 
 void keep_first(RoadTrace& trace, std::size_t count) {
   trace.points.resize(count);
+  if (!trace.line.empty()) trace.line.resize(count);
   each_column(trace, [&](std::vector<double>& column) { column.resize(count); });
-}
-
-/// The step that a share of all steps is shorter than [m].
-double step_quantile(const std::vector<PlanePoint>& points, double share) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < points.size(); ++i) steps.push_back(distance(points[i], points[i - 1]));
-  if (steps.empty()) return 0.0;
-  const auto rank = steps.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(steps.size() - 1));
-  std::nth_element(steps.begin(), rank, steps.end());
-  return *rank;
 }
 
 /// Eight and more points in a row about one place, nearer than half a usual step and a quarter of the width: a logger
@@ -49,6 +41,7 @@ void drop_stands(RoadTrace& trace, double width, std::vector<std::string>& remar
     const auto count = static_cast<double>(next - i);
     p[kept] = next == i + 1 ? p[i] : PlanePoint{sum.x / count, sum.y / count};
     each_column(trace, [&](std::vector<double>& column) { column[kept] = column[i]; });
+    if (!trace.line.empty()) trace.line[kept] = trace.line[i];
     ++kept;
   }
   if (kept == n) return;
@@ -156,6 +149,7 @@ void close_gap(RoadTrace& trace, double largest, std::vector<std::string>& remar
     p.push_back({a * from.x + b * u.x + c * to.x + d * v.x, a * from.y + b * u.y + c * to.y + d * v.y});
     each_column(trace, [&](std::vector<double>& column) { column.push_back(std::lerp(column[n - 1], column[0], t)); });
   }
+  if (!trace.line.empty()) trace.line.resize(p.size(), 0);
   remarks.push_back(format("a gap of %.4g m between the last point and the first is closed", gap));
 }
 
@@ -207,6 +201,8 @@ void repair(RoadTrace& trace, const TraceRepair& how, std::vector<std::string>& 
   close_gap(trace, how.largest_gap, remarks);
   drop_closing_point(trace, remarks);
   require_points(trace);
+  if (std::string remark = remark_of_long_steps(trace.points, trace.line, how.width); !remark.empty())
+    remarks.push_back(std::move(remark));
   close_heights(trace, remarks);
 }
 

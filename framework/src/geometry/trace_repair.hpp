@@ -16,7 +16,8 @@ struct TraceRepair {
 
 /// Makes a closed lap of a trace in the plane that has enough points (require_points): points where a drive stands are
 /// left out, what continues beyond the start is cut where it comes back to it, a gap is closed, a last point that
-/// repeats the first is left out, heights that drifted a little are evened out. `remarks` gets a line for each change.
+/// repeats the first is left out, heights that drifted a little are evened out. `remarks` gets a line for each change,
+/// and one where points seem to be missing (long_steps.hpp).
 /// Throws GeometryError where the line stays open, its heights do not meet, or too few points are left.
 void repair(RoadTrace& trace, const TraceRepair& how, std::vector<std::string>& remarks);
 

@@ -299,6 +299,14 @@ Track from_csv(const std::filesystem::path& file) {
   }
 }
 
+/// What to do with a road in the format of another tool; "" where there is no such file.
+std::string hint_of_format(const std::filesystem::path& file) {
+  if (!why_unreadable(file).empty()) return {};
+  if (file.extension() == ".gpx") return "; gripline track FILE --width METRES --out ROAD.json makes a road of it";
+  if (file.extension() == ".xodr") return std::string("; it ") + not_opendrive;
+  return {};
+}
+
 }  // namespace
 
 std::optional<Track> read_track(const Node& node, Errors& errors) {
@@ -306,9 +314,7 @@ std::optional<Track> read_track(const Node& node, Errors& errors) {
     if (node.is_text()) {
       const std::string why = why_no_input(node, input_endings);
       if (why.empty()) return load_track(resolve_path(node));
-      const bool foreign = node.text().ends_with(".gpx") || node.text().ends_with(".xodr");
-      errors.add(node.origin, '"' + node.text() + "\": " + why +
-                                  (foreign ? "; gripline track FILE --out ROAD.json makes a road of it" : ""));
+      errors.add(node.origin, '"' + node.text() + "\": " + why + hint_of_format(resolve_path(node)));
       return std::nullopt;
     }
     if (node.is_object()) return read_object(node, errors, "track");

@@ -12,6 +12,10 @@
 
 namespace gripline {
 
+/// Why a road in OpenDRIVE is refused, and what to do instead.
+inline constexpr const char* not_opendrive =
+    "is OpenDRIVE, which is not read; export its reference line as a CSV x_m,y_m,w_tr_right_m,w_tr_left_m";
+
 /// Reads a road: the name of a .json or .csv file (relative to where it is written), or an object with exactly one of
 ///   "segments"   straights and arcs, turns to the left positive, with "half_width" and "origin"
 ///   "centre"     see shape_from_table

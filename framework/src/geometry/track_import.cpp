@@ -7,8 +7,10 @@
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "geometry/height_drift.hpp"
+#include "geometry/long_steps.hpp"
 #include "geometry/middle_line.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline {
 namespace {
@@ -68,7 +70,9 @@ void check_columns(const CsvTable& table, std::span<const std::string> known) {
       const bool trace = std::ranges::find(columns_of_traces, name) != columns_of_traces.end();
       refuse(table, 1,
              "unknown column \"" + name + "\"" +
-                 (trace ? "; gripline track FILE.csv --out ROAD.json makes a road of it" : did_you_mean(name, known)));
+                 (trace ? format("; gripline track FILE.csv %s--out ROAD.json makes a road of it",
+                                 table.find("w_tr_right_m") < 0 ? "--width METRES " : "")
+                        : did_you_mean(name, known)));
     }
     if (std::count(table.header.begin(), table.header.end(), name) > 1)
       refuse(table, 1, "column \"" + name + "\" is there twice");
@@ -85,9 +89,24 @@ void check_width(const CsvTable& table, const char* name) {
                     std::string_view(name) == "w_tr_left_m" ? "left" : "right", width[i]));
 }
 
+/// Tells where points seem to be missing of a road with half widths at them.
+void remark_long_steps(TrackShape& shape, const CsvTable& table) {
+  std::vector<double> widths;
+  for (const double s : shape.centre.spline()->knot_stations())
+    widths.push_back(shape.half_width_right.at(s) + shape.half_width_left.at(s));
+  const std::span<const PlanePoint> points = shape.points->points();
+  std::string remark =
+      remark_of_long_steps(points, std::span(table.line).first(points.size()), median(std::move(widths)));
+  if (!remark.empty()) shape.remarks.push_back(std::move(remark));
+}
+
 TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& options) {
   const std::array<std::string, 6> known{"x_m", "y_m", "w_tr_right_m", "w_tr_left_m", "grade_rad", "bank_rad"};
   check_columns(table, known);
+  if (table.find("w_tr_right_m") < 0 && table.find("w_tr_left_m") < 0)
+    refuse(table, 1,
+           "has no widths (w_tr_right_m,w_tr_left_m); gripline track FILE.csv --width METRES --out ROAD.json makes a "
+           "road of a trace");
   std::vector<PlanePoint> points = points_of(table, "x_m", "y_m", options);
   for (const char* name : {"w_tr_right_m", "w_tr_left_m"}) check_width(table, name);
   ClosedCurve centre = ClosedCurve::from_points(points);
@@ -110,6 +129,7 @@ TrackShape from_centre_columns(const CsvTable& table, const ImportOptions& optio
                    .grade = std::move(grade),
                    .bank = std::move(bank)};
   shape.points = ClosedPolyline(std::move(points));
+  remark_long_steps(shape, table);
   return shape;
 }
 
@@ -122,6 +142,18 @@ void check_side(const CsvTable& table, const char* edge, std::span<const double>
                     std::abs(lefts[i]), left ? "right" : "left", left ? "left" : "right"));
 }
 
+/// The points of an edge lie across the road from those of the centre line, each by its line.
+void check_correspondence(const CsvTable& table, const char* edge, std::span<const double> along,
+                          std::span<const double> lefts) {
+  for (std::size_t i = 0; i < along.size(); ++i)
+    if (std::abs(along[i]) > std::abs(lefts[i]))
+      refuse(
+          table, table.line[i],
+          format("the point of the %s edge lies %.4g m along the road from that of the centre line and %.4g m beside "
+                 "it; expected points that correspond, or the two edges as files of their own",
+                 edge, std::abs(along[i]), std::abs(lefts[i])));
+}
+
 TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options) {
   const std::array<std::string, 6> known{"x_center_m", "y_center_m", "x_inner_m",
                                          "y_inner_m",  "x_outer_m",  "y_outer_m"};
@@ -129,8 +161,8 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
   std::vector<PlanePoint> points = points_of(table, "x_center_m", "y_center_m", options);
   ClosedCurve centre = ClosedCurve::from_points(points);
   const std::vector<double> stations = centre.spline()->knot_stations();
-  std::array<std::vector<double>, 2> widths, lefts;  // inner, outer; lefts: signed distances, left positive
-  std::array<double, 2> side{};                      // their sums
+  std::array<std::vector<double>, 2> widths, lefts, along;  // inner, outer; lefts: signed distances, left positive
+  std::array<double, 2> side{};                             // sums of lefts
   for (int edge = 0; edge < 2; ++edge) {
     const std::vector<double> x = table.column(edge == 0 ? "x_inner_m" : "x_outer_m");
     const std::vector<double> y = table.column(edge == 0 ? "y_inner_m" : "y_outer_m");
@@ -139,9 +171,12 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
       const double dx = x[i] - points[i].x, dy = (options.left_handed ? -y[i] : y[i]) - points[i].y;
       widths[edge].push_back(std::hypot(dx, dy));
       lefts[edge].push_back(std::cos(at.yaw) * dy - std::sin(at.yaw) * dx);
+      along[edge].push_back(std::cos(at.yaw) * dx + std::sin(at.yaw) * dy);
       side[edge] += lefts[edge].back();
     }
   }
+  for (int edge = 0; edge < 2; ++edge)
+    check_correspondence(table, edge == 0 ? "inner" : "outer", along[edge], lefts[edge]);
   if (side[0] * side[1] >= 0.0) refuse(table, 0, "inner and outer edge lie on the same side of the centre line");
   for (int edge = 0; edge < 2; ++edge) check_side(table, edge == 0 ? "inner" : "outer", lefts[edge], side[edge] > 0.0);
   const bool inner_left = side[0] > 0.0;
@@ -150,6 +185,7 @@ TrackShape from_edge_columns(const CsvTable& table, const ImportOptions& options
   TrackShape shape{
       .centre = std::move(centre), .half_width_right = std::move(right), .half_width_left = std::move(left)};
   shape.points = ClosedPolyline(std::move(points));
+  remark_long_steps(shape, table);
   return shape;
 }
 
@@ -185,7 +221,7 @@ void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points) {
   double longest = 0.0;
   for (std::size_t i = 1; i < points.size(); ++i) longest = std::max(longest, distance(points[i], points[i - 1]));
   const double gap = distance(points.front(), points.back());
-  if (gap > 5.0 * longest)
+  if (gap > std::max(5.0 * step_quantile(points, 0.9), 3.0 * longest))
     throw GeometryError(
         format("the line is open: its last point is %.4g m from its first, its longest step is %.4g m", gap, longest));
 }
@@ -203,6 +239,7 @@ EdgePoints EdgePoints::from_table(const CsvTable& table) {
   check_columns(table, known);
   EdgePoints edge;
   edge.points = points_of(table, "x_m", "y_m", {});
+  edge.lines.assign(table.line.begin(), table.line.begin() + static_cast<std::ptrdiff_t>(edge.points.size()));
   if (table.find("z_m") >= 0) {
     edge.heights = table.column("z_m");
     if (const std::size_t lap = edge.points.size(); edge.heights.size() > lap) {  // that row repeats the first
@@ -247,7 +284,8 @@ TrackShape shape_from_edges(const EdgePoints& inner_points, const EdgePoints& ou
     add_slopes(shape, middle, height_table(inner, inner_points.heights), height_table(outer, outer_points.heights),
                inner_left);
   for (const auto& [edge, name] : {std::pair(&inner_points, "inner"), std::pair(&outer_points, "outer")})
-    if (!edge->remark.empty()) shape.remarks.push_back(std::string(name) + " edge: " + edge->remark);
+    for (const std::string& remark : {edge->remark, remark_of_long_steps(edge->points, edge->lines, sides.distance)})
+      if (!remark.empty()) shape.remarks.push_back(std::string(name) + " edge: " + remark);
   shape.points = ClosedPolyline(std::move(middle.points));
   return shape;
 }

@@ -26,7 +26,8 @@ TrackShape shape_from_table(const CsvTable& table, const ImportOptions& options 
 struct EdgePoints {
   std::vector<PlanePoint> points;
   std::vector<double> heights;
-  std::string remark = {};  ///< what was changed of the heights
+  std::string remark = {};      ///< what was changed of the heights
+  std::vector<int> lines = {};  ///< of the points in their file
   /// Columns x_m,y_m[,z_m]. A last row that repeats the first at another height tells how far heights drifted in the
   /// lap: that is evened out along the way, beyond 0.5 % of the length refused.
   static EdgePoints from_table(const CsvTable& table);
@@ -47,7 +48,8 @@ StationTable grade_from_heights(double length, std::span<const double> stations,
 
 /// Removes the closing point, if it repeats the first (nearer to it than an eighth of both steps beside), and throws
 /// GeometryError unless the line through the points is closed: the gap from the last to the first is at most five times
-/// the longest step before it.
+/// what nine tenths of the steps are, or three times the longest: a road with few points on its straights may begin
+/// anywhere.
 void drop_closing_point_and_check_closed(std::vector<PlanePoint>& points);
 
 }  // namespace gripline

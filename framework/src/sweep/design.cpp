@@ -306,6 +306,7 @@ Design Design::latin(std::vector<Factor> factors, std::size_t count, std::uint64
 Design Design::list(const std::filesystem::path& file) {
   Design design;
   design.kind_ = Kind::list;
+  design.file_ = shown(file);
   std::istringstream lines(read_bytes(file));
   int number = 0;
   const auto cells_of = [&](const std::string& line) {
@@ -345,6 +346,7 @@ Design Design::list(const std::filesystem::path& file) {
           "expected " + std::to_string(design.factors_.size()) + " values, found " + std::to_string(cells.size()),
           {}}});
     design.rows_.push_back(row);
+    design.lines_.push_back(number);
   }
   require_pointers(design.factors_);
   if (design.rows_.empty()) throw InputError(shown(file) + ": expected a row of JSON pointers and rows of values");
@@ -377,6 +379,20 @@ std::vector<std::string> Design::setting(std::size_t index) const {
                                : factor.levels[std::min(level, factor.levels.size() - 1)];
   }
   return values;
+}
+
+std::optional<ListPlace> Design::place(std::size_t index, std::size_t factor) const {
+  if (index >= lines_.size()) return std::nullopt;
+  const std::string& row = rows_[index];
+  const std::vector<std::string> cells = split_levels(row);
+  std::size_t begin = 0;
+  for (std::size_t f = 0; f <= factor; ++f) {  // between two cells there are only a comma and blanks
+    if (f > 0) begin += cells[f - 1].size();
+    begin = row.find(cells.at(f), begin);
+  }
+  const auto letters = std::count_if(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(begin),
+                                     [](char c) { return (c & 0xc0) != 0x80; });
+  return ListPlace{file_, lines_[index], 1 + static_cast<int>(letters)};
 }
 
 Node Design::to_node() const {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,6 +28,12 @@ Factor parse_factor(const std::string& assignment);
 /// also for a seed given twice.
 std::vector<std::uint64_t> parse_seeds(const std::string& text);
 
+/// Where a value stands in a CSV file.
+struct ListPlace {
+  std::string file;  ///< as shown to the user
+  int line = 0, column = 0;
+};
+
 /// Numbered settings, each computed from its number alone, so that
 /// memory does not grow with their count (except for a list).
 class Design {
@@ -45,6 +52,8 @@ class Design {
   std::size_t size() const { return size_; }
   /// The value of every factor in setting `index`, in the order of factors().
   std::vector<std::string> setting(std::size_t index) const;
+  /// Where the value of factor `factor` in setting `index` stands; only of a list(), not of one read back from a node.
+  std::optional<ListPlace> place(std::size_t index, std::size_t factor) const;
 
   Node to_node() const;
   /// Throws std::exception where something is missing or of another type.
@@ -56,6 +65,8 @@ class Design {
   std::size_t size_ = 1;
   std::uint64_t seed_ = 0;
   std::vector<std::string> rows_;  // of a list
+  std::string file_;               // that was read, as shown to the user
+  std::vector<int> lines_;         // of its rows
 };
 
 /// Assignments of a sweep stand in the order in which they are carried out: "/pointer=VALUE" is the same in every

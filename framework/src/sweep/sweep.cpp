@@ -91,29 +91,58 @@ void try_reading(const Part& part, const std::vector<std::string>& assignments, 
   }
 }
 
+struct TriedSetting {
+  std::vector<std::string> values;
+  std::size_t index = 0;  ///< of a list or a hypercube
+};
+
 /// Settings in which every value of every factor occurs; of long lists and hypercubes a sample.
-std::vector<std::vector<std::string>> settings_to_try(const Design& design) {
+std::vector<TriedSetting> settings_to_try(const Design& design) {
   constexpr std::size_t most = 32;
-  std::vector<std::vector<std::string>> all;
+  std::vector<TriedSetting> all;
   if (design.kind() == Design::Kind::factorial) {
-    const std::vector<std::string> first = design.setting(0);
+    const TriedSetting first{design.setting(0)};
     all.push_back(first);
-    for (std::size_t f = 0; f < first.size(); ++f)
+    for (std::size_t f = 0; f < first.values.size(); ++f)
       for (std::size_t level = 1; level < design.factors()[f].levels.size(); ++level) {
         all.push_back(first);
-        all.back()[f] = design.factors()[f].levels[level];
+        all.back().values[f] = design.factors()[f].levels[level];
       }
     return all;
   }
   const std::size_t count = std::min(most, design.size());
-  for (std::size_t i = 0; i < count; ++i) all.push_back(design.setting(i * design.size() / count));
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t index = i * design.size() / count;
+    all.push_back({design.setting(index), index});
+  }
   return all;
+}
+
+/// Nobody gave the values of a list at --set: what is wrong with one is told where it stands in the list.
+InputError told_at_list(const InputError& error, const Design& design, const TriedSetting& setting) {
+  std::vector<Diagnostic> told(error.diagnostics().begin(), error.diagnostics().end());
+  for (Diagnostic& one : told) {
+    const auto factor = std::ranges::find(design.factors(), one.pointer, &Factor::pointer);
+    if (one.file != "--set" || factor == design.factors().end()) continue;
+    const auto number = static_cast<std::size_t>(factor - design.factors().begin());
+    const std::optional<ListPlace> place = design.place(setting.index, number);
+    if (!place) continue;
+    one.file = place->file;
+    one.line = place->line;
+    one.column = place->column;
+    one.message = harmless(setting.values[number]) + ": " + one.message;
+  }
+  return InputError(std::move(told));
 }
 
 void try_settings(const Sweep& sweep, const Registry& registry) {
   for (const Part& part : sweep.parts)
-    for (const std::vector<std::string>& values : settings_to_try(sweep.design)) {
-      try_reading(part, assignments_of(sweep.assignments, sweep.design, values), sweep.seeds_from, registry);
+    for (const TriedSetting& setting : settings_to_try(sweep.design)) {
+      try {
+        try_reading(part, assignments_of(sweep.assignments, sweep.design, setting.values), sweep.seeds_from, registry);
+      } catch (const InputError& error) {
+        throw told_at_list(error, sweep.design, setting);
+      }
     }
 }
 

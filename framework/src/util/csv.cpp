@@ -1,6 +1,7 @@
 #include "util/csv.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -50,7 +51,9 @@ double parse(const std::filesystem::path& file, const CsvLine& line, std::string
   if (missing && allow_missing) return std::numeric_limits<double>::quiet_NaN();
   double number = 0.0;
   const char* const end = cell.data() + cell.size();
-  const auto [stop, code] = std::from_chars(cell.data(), end, number);
+  // std::from_chars knows no '+'.
+  const bool plus = cell.size() > 1 && cell.front() == '+' && cell[1] != '-';
+  const auto [stop, code] = std::from_chars(cell.data() + (plus ? 1 : 0), end, number);
   if (code != std::errc() || stop != end || !std::isfinite(number)) {
     const std::size_t semicolon = cell.find(';');
     if (semicolon != std::string_view::npos)
@@ -60,6 +63,33 @@ double parse(const std::filesystem::path& file, const CsvLine& line, std::string
            "expected a finite number, found \"" + std::string(cell) + "\"");
   }
   return number;
+}
+
+/// Words, as a header has and no row.
+bool are_names(const std::vector<std::string_view>& cells) {
+  return std::ranges::all_of(cells, [](std::string_view cell) {
+    const bool letter = !cell.empty() && std::isalpha(static_cast<unsigned char>(cell.front())) != 0;
+    return letter && cell != "nan" && cell != "NaN" && cell != "inf";
+  });
+}
+
+/// The names of columns that a first line behind '#' and those after it, `remarks`, have for a first row of these
+/// cells: a remark may stand before them. Whether the row itself is the header.
+bool find_header(CsvTable& table, const std::vector<std::string_view>& remarks,
+                 const std::vector<std::string_view>& row) {
+  const bool names = are_names(row);
+  std::vector<std::string_view> cells = row;
+  if (!names) {
+    if (table.columns == row.size()) return false;
+    const auto fits = [&](std::string_view remark) {
+      split(trim(remark.substr(1)), cells);
+      return cells.size() == row.size();
+    };
+    if (std::ranges::none_of(remarks, fits)) return false;
+  }
+  table.header.assign(cells.begin(), cells.end());
+  table.columns = cells.size();
+  return names;
 }
 
 }  // namespace
@@ -82,7 +112,8 @@ CsvTable read_csv(const std::filesystem::path& file, bool allow_missing) {
   const std::string text = read_bytes(file);
   CsvTable table;
   table.file = file;
-  std::vector<std::string_view> cells;
+  std::vector<std::string_view> cells, remarks;  // remarks: from a header behind '#' to the first row
+  bool sure = true;                              // which line is the header
   CsvLine line;
   std::string_view rest = text;
   if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
@@ -98,7 +129,8 @@ CsvTable read_csv(const std::filesystem::path& file, bool allow_missing) {
     std::string_view words = trim(line.raw);
     if (words.empty()) continue;
     if (table.header.empty()) {
-      if (words.front() == '#') words = trim(words.substr(1));
+      sure = words.front() != '#';
+      if (!sure) words = trim(words.substr(1));
       if (const std::size_t semicolon = words.find(';'); semicolon != std::string_view::npos)
         refuse(file, line.number, line.column(words.data() + semicolon),
                "columns are separated by ';' here; expected ','");
@@ -111,8 +143,15 @@ CsvTable read_csv(const std::filesystem::path& file, bool allow_missing) {
       table.columns = cells.size();
       continue;
     }
-    if (words.front() == '#') continue;
+    if (words.front() == '#') {
+      if (!sure) remarks.push_back(words);
+      continue;
+    }
     split(words, cells);
+    if (!sure) {
+      sure = true;
+      if (find_header(table, remarks, cells)) continue;
+    }
     if (cells.size() != table.columns) {
       const bool more = cells.size() > table.columns;
       refuse(file, line.number, line.column(more ? cells[table.columns].data() : words.data() + words.size()),

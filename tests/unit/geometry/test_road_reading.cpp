@@ -100,6 +100,36 @@ TEST_F(RoadFiles, WhatIsWrongWithTwoEdgesNamesTheirFiles) {
               HasSubstr("right.csv: is in degrees, the other edge in metres"));
 }
 
+TEST_F(RoadFiles, EdgesThatAreExchangedAreTold) {
+  const auto edge = [&](const char* name, double r, double y) {
+    return write(name, "x_m,y_m", 100, [=](int i) {
+      return std::vector{r * std::cos(2 * pi * i / 100), y * r * std::sin(2 * pi * i / 100)};
+    });
+  };
+  const auto told = ::testing::Contains(HasSubstr("named as the left edge, lies to the right of the direction"));
+  const fs::path left = edge("left.csv", 46, 1), right = edge("right.csv", 54, 1);
+  read({left, right});
+  EXPECT_THAT(remarks_, ::testing::Not(told));
+  read({right, left});
+  EXPECT_THAT(remarks_, told);
+  read({edge("left.csv", 46, -1), edge("right.csv", 54, -1)});  // y points to the right
+  EXPECT_THAT(remarks_, told);
+}
+
+TEST_F(RoadFiles, RadiansAreTold) {
+  const auto places = [&](double unit) {
+    return write("places.csv", "lat,lon", 200, [=](int i) {
+      return std::vector{unit * (48 + 0.1 * std::sin(2 * pi * i / 200)),
+                         unit * (11 + 0.1 * std::cos(2 * pi * i / 200))};
+    });
+  };
+  const auto told = ::testing::ElementsAre(HasSubstr("radians? Expected degrees"));
+  read({places(pi / 180)}, {.width = 8.0});
+  EXPECT_THAT(remarks_, told);
+  read({places(1.0)}, {.width = 8.0});
+  EXPECT_TRUE(remarks_.empty());
+}
+
 TEST_F(RoadFiles, WidthsUnderOtherNamesAreToldWhereWidthsAreMissing) {
   const fs::path file = write("names.csv", "x_m,y_m,w_right_m,w_left_m", 100, [](int i) {
     return std::vector{50 * std::cos(2 * pi * i / 100), 50 * std::sin(2 * pi * i / 100), 4.0, 4.0};

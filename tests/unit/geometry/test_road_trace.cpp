@@ -51,6 +51,35 @@ TEST_F(RoadFiles, MissingHeightsAreFilledOrTold) {
   EXPECT_THAT(remarks_, ::testing::Contains("101 of 250 points have no height: heights are left out"));
 }
 
+TEST_F(RoadFiles, AHeightThatCannotBeReadIsNotAMissingOne) {
+  for (const auto& [height, why] :
+       {std::pair{"400,06", "\"400,06\""}, {"400.06 m", "\"400.06 m\""}, {"high", "\"high\""}}) {
+    std::string text = gpx_circle();
+    const std::size_t at = text.find("<ele>", text.find("</ele>")) + 5;
+    text.replace(at, text.find("</ele>", at) - at, height);
+    write_file(scratch_ / "height.gpx", text);
+    EXPECT_THAT(refusal([&] { read({scratch_ / "height.gpx"}, {.width = 10.0}); }),
+                HasSubstr(std::string("height.gpx:4:1: point 2 has the height ") + why +
+                          "; expected a number of metres without its unit, with '.' as the decimal sign"));
+  }
+  for (const char* missing : {"", " \n", "nan"}) {
+    std::string text = gpx_circle();
+    const std::size_t at = text.find("<ele>") + 5;
+    text.replace(at, text.find("</ele>") - at, missing);
+    write_file(scratch_ / "height.gpx", text);
+    read({scratch_ / "height.gpx"}, {.width = 10.0});
+    EXPECT_THAT(remarks_, ::testing::Contains("1 of 250 points have no height: interpolated")) << missing;
+  }
+}
+
+TEST_F(RoadFiles, PlacesThatAreThereTwiceAreTold) {
+  const fs::path file = write("both.csv", "x_m,y_m,z_m,lon,lat,ele", 100, [](int i) {
+    return std::vector{100 * std::cos(2 * pi * i / 100), 60 * std::sin(2 * pi * i / 100), 0.0, 11.0, 48.0, 0.0};
+  });
+  read({file}, {.width = 8.0});
+  EXPECT_THAT(remarks_, ::testing::ElementsAre("columns that are left out: lon,lat,ele"));
+}
+
 TEST_F(RoadFiles, WhatIsNoGpxIsRefused) {
   const fs::path file = scratch_ / "bad.gpx";
   write_file(file, "<gpx><trk>");

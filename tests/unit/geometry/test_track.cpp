@@ -289,6 +289,23 @@ TEST(Track, MillimetresAreNoticed) {
   EXPECT_EQ(why_refused(points, 185), "a lap of 18001 m with widths of 370 m: millimetres? Lengths are metres");
 }
 
+/// Places and widths in different units; roads as long and as short for their width as there are pass.
+TEST(Track, UnitsOfPlacesAndWidthsThatDifferAreNoticed) {
+  const auto why = [](double radius, double half_width) {
+    std::vector<PlanePoint> points;
+    for (int i = 0; i < 60; ++i)
+      points.push_back({radius * std::cos(2 * kPi * i / 60), radius * std::sin(2 * kPi * i / 60)});
+    return why_refused(points, half_width);
+  };
+  EXPECT_EQ(why(65.9e3, 4), "a lap of 414062 m with widths of 8 m: millimetres? Lengths are metres");
+  EXPECT_THAT(why(0.0659, 4), HasSubstr("a lap of 0.4141 m with widths of 8 m: kilometres, degrees, or widths in"));
+  EXPECT_THAT(why(30.0, 40), HasSubstr("; a lap of 188.5 m with widths of 80 m: are the widths metres?"));
+  EXPECT_EQ(why(25e3 / 6.28, 4), "nothing");
+  EXPECT_EQ(why(148e3 / 6.28, 2.5), "nothing");
+  EXPECT_EQ(why(20.0 / 6.28, 0.185), "nothing");
+  EXPECT_EQ(why(9.0, 1.5), "nothing");
+}
+
 TEST(Track, ACrossingIsABridgeWhereHeightsDifferOrTheRoadSaysSo) {
   RoadTable road = test::figure_of_eight(5.0, 0.0);
   EXPECT_THAT(why_refused(road), HasSubstr("\"bridges\": true says so"));

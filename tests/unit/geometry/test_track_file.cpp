@@ -191,11 +191,18 @@ TEST(TrackFile, FormatsOfOtherToolsAreSentToGriplineTrack) {
   const std::filesystem::path folder = testing::TempDir();
   for (const auto& [name, text] : {std::pair{"gripline_heights.csv", "x_m,y_m,w_tr_right_m,w_tr_left_m,z_m\n"},
                                    {"gripline_earth.csv", "lat,lon,a,b,c\n"},
-                                   {"gripline_road.gpx", "<gpx/>\n"},
-                                   {"gripline_road.xodr", "<OpenDRIVE/>\n"}}) {
+                                   {"gripline_road.gpx", "<gpx/>\n"}}) {
     std::ofstream(folder / name) << text << (std::string_view(name).ends_with(".csv") ? "1,2,3,4,5\n" : "");
     EXPECT_THAT(refusal('"' + (folder / name).string() + '"'), HasSubstr("--out ROAD.json makes a road of it")) << name;
   }
+  EXPECT_THAT(refusal('"' + (folder / "gripline_earth.csv").string() + '"'),
+              HasSubstr("track FILE.csv --width METRES"));
+  std::ofstream(folder / "gripline_road.xodr") << "<OpenDRIVE/>\n";
+  EXPECT_THAT(refusal('"' + (folder / "gripline_road.xodr").string() + '"'),
+              testing::AllOf(HasSubstr("is OpenDRIVE, which is not read; export its reference line as a CSV"),
+                             testing::Not(HasSubstr("gripline track"))));
+  EXPECT_THAT(refusal('"' + (folder / "gripline_no_road.gpx").string() + '"'),
+              testing::Not(HasSubstr("gripline track")));
 }
 
 TEST(TrackFile, JsonRefusals) {

@@ -162,6 +162,30 @@ TEST_F(RoadFiles, AnEdgeThatLeavesItsSideIsRefusedByItsLine) {
   EXPECT_THAT(refusal(both), HasSubstr("lie on the same side"));
 }
 
+/// Edges whose rows begin elsewhere than those of the centre line are as wide as they are far along the road.
+TEST_F(RoadFiles, EdgesThatDoNotCorrespondAreRefusedByTheirLine) {
+  const auto shape = [&](int shifted) {
+    return shape_from_table(read_csv(write("ring.csv", three_lines, 100, [=](int i) {
+      std::vector<double> row = ring(i, 96, 105);
+      const std::vector<double> other = ring(i + shifted, 96, 105);
+      std::copy(other.begin() + 2, other.begin() + 4, row.begin() + 2);
+      return row;
+    })));
+  };
+  EXPECT_EQ(refusal([&] { shape(0); }), "not refused");
+  EXPECT_THAT(refusal([&] { shape(2); }),
+              HasSubstr("ring.csv:2:1: the point of the inner edge lies 12.03 m along the road from that of the centre "
+                        "line and 4.757 m beside it; expected points that correspond"));
+}
+
+TEST_F(RoadFiles, ATraceInAWorldIsSentToItsWidth) {
+  const auto file = write("trace.csv", "x_m,y_m", 20, [](int i) {
+    return std::vector{50 * std::cos(i * pi / 10), 50 * std::sin(i * pi / 10)};
+  });
+  EXPECT_THAT(refusal([&] { load_track(file); }),
+              HasSubstr("trace.csv:1:1: has no widths (w_tr_right_m,w_tr_left_m); gripline track FILE.csv --width"));
+}
+
 TEST_F(RoadFiles, TheClosingRowDoesNotCountAsAPoint) {
   const auto rows = [&](int points) {
     return write("few.csv", "x_m,y_m,w_tr_right_m,w_tr_left_m", points + 1, [=](int i) {
@@ -194,6 +218,18 @@ TEST(TrackImport, ALineMustCloseWithinFiveSteps) {
   check(0.96);
   EXPECT_EQ(arc.size(), 101u);
   EXPECT_THROW(check(0.94), GeometryError);
+}
+
+/// A road with few points on its straights may begin at the end of one; a single long step is no leave for a longer gap.
+TEST(TrackImport, AGapIsNoLongerThanStraightsWithoutPoints) {
+  const auto check = [](double missing) {  // of a circle of 200 points beside one of 20 of its steps
+    std::vector<PlanePoint> points;
+    for (int i = 0; i < 200 - missing; ++i)
+      if (i < 50 || i > 68) points.push_back({std::cos(2 * pi * i / 200), std::sin(2 * pi * i / 200)});
+    drop_closing_point_and_check_closed(points);
+  };
+  check(40);
+  EXPECT_THROW(check(80), GeometryError);
 }
 
 /// Both edges of a figure of eight, `half` metres beside its centre line, the right one with points between those of

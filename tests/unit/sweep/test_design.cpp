@@ -159,6 +159,13 @@ TEST(List, ReadsSettingsAndSaysWhereAFileIsWrong) {
   ASSERT_EQ(design.size(), 2u);
   EXPECT_THAT(design.setting(0), ElementsAre("\"a,b.json\"", "0.9"));
   EXPECT_THAT(design.setting(1), ElementsAre("c.json", "1"));
+  const std::optional<ListPlace> place = design.place(1, 1);
+  ASSERT_TRUE(place);
+  EXPECT_THAT(place->file, testing::EndsWith("settings.csv"));
+  EXPECT_EQ(place->line, 4);
+  EXPECT_EQ(place->column, 8);
+  EXPECT_EQ(design.place(0, 1)->column, 12);
+  EXPECT_FALSE(Design::from_node(design.to_node()).place(0, 0));
   // JSON as it is, and as a spreadsheet quotes it.
   write_text(folder / "json.csv", "/a,/b\n{\"t\": [0, 1]},1\n\"{\"\"t\"\": [0, 1], \"\"u\"\": 2}\",\"[1, 2]\"\n");
   const Design json = Design::list(folder / "json.csv");

@@ -32,6 +32,16 @@ TEST_F(Planning, AValueThatIsRefusedIsToldAtItsAssignment) {
               HasSubstr("already holds something that is no sweep"));
 }
 
+/// Nobody gave the values of a list at --set.
+TEST_F(Planning, AValueOfAListThatIsRefusedIsToldInTheList) {
+  write_text(folder_ / "list.csv", "/world/duration,/base/planner/params/mu\n0.4,0.3\n0.4, fast\n");
+  request_.design = Design::list(folder_ / "list.csv");
+  EXPECT_THAT(refusal([&] { planned(); }), HasSubstr("list.csv:3:6: /base/planner/params/mu: fast: "));
+  write_text(folder_ / "list.csv", "/base/planner/params/mu,/world/friction\n0.3,{\"points\": x}\n");
+  request_.design = Design::list(folder_ / "list.csv");
+  EXPECT_THAT(refusal([&] { planned(); }), HasSubstr("list.csv:2:5: /world/friction: {\"points\": x}: "));
+}
+
 /// Libraries of one name in two folders are a list, and older manifests with one text a name read as well.
 TEST_F(Planning, AManifestKeepsSeveralLibrariesOfOneName) {
   planned();

@@ -63,6 +63,22 @@ TEST_F(Csv, OtherEncodingsAndLineEndsAreNamed) {
   EXPECT_EQ(read("x,y\r").rows(), 0u);  // one line is one line
 }
 
+TEST_F(Csv, RemarksMayStandBeforeTheHeader) {
+  for (const char* text : {"# made by me\n# x,y\n1,2\n", "# made by me\nx,y\n1,2\n", "# x,y\n# made by me\n1,2\n"}) {
+    const CsvTable table = read(text);
+    EXPECT_THAT(table.header, ElementsAre("x", "y")) << text;
+    EXPECT_THAT(table.values, ElementsAre(1, 2)) << text;
+  }
+  EXPECT_EQ(read("# x,y\nnan,nan\n", true).rows(), 1u);
+  EXPECT_THAT(why("# x,y\n# of me\n1,2,3\n"), HasSubstr("t.csv:3:5: expected 2 columns as in the header, found 3"));
+}
+
+TEST_F(Csv, APlusIsASign) {
+  EXPECT_THAT(read("x,y\n+1.5,-2\n").values, ElementsAre(1.5, -2));
+  EXPECT_EQ(why("x\n+-1\n"), "t.csv:2:1: expected a finite number, found \"+-1\"");
+  EXPECT_EQ(why("x\n+\n"), "t.csv:2:1: expected a finite number, found \"+\"");
+}
+
 TEST_F(Csv, TabsAreNoCommas) {
   EXPECT_EQ(why("# x\ty\n1\t2\n"), "t.csv:1:4: columns are separated by tabs here; expected ','");
   EXPECT_EQ(read("x,\ty\n1,\t2\n").rows(), 1u);
