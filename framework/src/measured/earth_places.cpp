@@ -36,6 +36,7 @@ void drop_places_without_fix(EarthPlaces& places, std::vector<Finding>& findings
 
 /// The plane lies where the car is, not where the receiver was the day before.
 void drop_places_of_before(EarthPlaces& places, std::vector<Finding>& findings) {
+  if (places.t.size() != places.latitude.size()) return;
   const PlaceholderPlaces dropped = drop_placeholder_places(places.t, places.latitude, places.longitude);
   if (dropped.rows == 0) return;
   constexpr double degree = pi / 180.0;

@@ -13,7 +13,7 @@ namespace gripline::measured {
 struct EarthPlaces {
   std::vector<double> latitude, longitude;  // [rad], or in a unit that nobody said
   bool latitude_unit_is_known = false, longitude_unit_is_known = false;
-  std::span<const double> t = {};  // times of the rows [s]
+  std::span<const double> t = {};  // times of the rows [s]; empty: what stands before the first fix is not looked for
 };
 struct PlanePlaces {
   std::vector<double> x, y;  // [m] to the east and to the north of the first place

@@ -170,7 +170,8 @@ std::optional<double> LogMap::delay(std::size_t group) const {
   return 0.0;
 }
 
-void LogMap::find_delay(std::size_t group) {
+void LogMap::find_delay(std::size_t group, double start) {
+  delay_start[group] = start;
   for (std::size_t c = 0; c < channels; ++c)
     if (delay_group[c] == group && channel[c]) channel[c]->delay.reset();
   for (const Source degrees : {Source::latitude, Source::longitude})

@@ -81,8 +81,10 @@ struct LogMap {
   const std::optional<MappedChannel>& operator[](Source s) const { return channel[static_cast<std::size_t>(s)]; }
   /// Delay of a group [s], 0 where the map names none of its channels; empty: to be found.
   std::optional<double> delay(std::size_t group) const;
-  /// The delay of a group is to be found, whatever was stated.
-  void find_delay(std::size_t group);
+  /// The delay of a group is to be found from `start` on [s], whatever was stated.
+  void find_delay(std::size_t group, double start);
+  /// Where the search for a group's delay begins [s]; empty: where the logs say.
+  std::array<std::optional<double>, delay_groups> delay_start;
 };
 
 /// A column that nobody has named yet, as a guessed map writes it; such a map is refused until one is.

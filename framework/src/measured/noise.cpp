@@ -117,9 +117,12 @@ std::optional<Noise> noise_of(const Session& session, std::size_t channel, doubl
   noise.samples = sizes.size();
   const double scale = median(sizes) / 0.6745;  // of a normal distribution
   if (!(scale > 0.0)) return noise;
-  constexpr double even = 0.8;  // of the usual longest step
+  constexpr double even = 0.8;          // of the usual longest step
+  constexpr double still_linear = 0.3;  // [s] from one reading to the next
   if (!in_rows && lower_quantile(std::move(steps), 0.1) < even * step) {
-    // Differences of uneven readings are correlated by their spacing: of noise that is taken for white.
+    // Differences of uneven readings are correlated by their spacing: of noise that is taken for white, where the car
+    // cannot have moved much otherwise.
+    if (step > still_linear) return std::nullopt;
     noise.sigma = scale / std::sqrt(fourth_difference_covariance(0.0, 0));
     return noise;
   }

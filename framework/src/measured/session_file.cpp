@@ -355,6 +355,11 @@ class SessionReader {
       s.command.push_back(now);
     }
     if (missing > 0) note("commands", std::to_string(missing) + " rows without", "the last one is held");
+    const auto hold_is_known = [&](Source command) {
+      return map_.file.empty() || (map_[command] && map_[command]->hold_given);
+    };
+    out_.throttle_hold_is_known = hold_is_known(Source::d);
+    out_.steering_hold_is_known = hold_is_known(Source::delta);
     s.held_throttle = map_[Source::d] && map_[Source::d]->held;
     s.held_steering = map_[Source::delta] && map_[Source::delta]->held;
     s.throttle_every = map_[Source::d] ? map_[Source::d]->every : 0.0;

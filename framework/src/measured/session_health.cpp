@@ -479,7 +479,8 @@ void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
 }
 
 /// Commands that repeat in step and are taken for new in each row.
-void repeated_commands(const Session& s, std::vector<Finding>& out) {
+void repeated_commands(const SessionFile& file, std::vector<Finding>& out) {
+  const Session& s = file.session;
   const auto look_at = [&](double CommandSample<double>::*command, bool known, const char* name) {
     Values values;
     for (const CommandSample<double>& c : s.command) values.push_back(c.*command);
@@ -487,8 +488,10 @@ void repeated_commands(const Session& s, std::vector<Finding>& out) {
       out.push_back({Level::note, name, "a new value every " + significant(every) + " rows",
                      "read as linear between rows: say \"hold\": \"held\" in the map"});
   };
-  if (!s.prescribed_speed) look_at(&CommandSample<double>::d, s.held_throttle || s.throttle_every > 0.0, "d");
-  look_at(&CommandSample<double>::delta, s.held_steering || s.steering_every > 0.0, "delta");
+  if (!s.prescribed_speed)
+    look_at(&CommandSample<double>::d, file.throttle_hold_is_known || s.held_throttle || s.throttle_every > 0.0, "d");
+  look_at(&CommandSample<double>::delta, file.steering_hold_is_known || s.held_steering || s.steering_every > 0.0,
+          "delta");
 }
 
 void jumps(const SessionFile& file, std::vector<Finding>& out) {
@@ -547,7 +550,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
   std::vector<Finding> out = file.findings;
   rate_and_gaps(file, out);
   held_and_jumping(file, out);
-  repeated_commands(s, out);
+  repeated_commands(file, out);
   jumps(file, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
   for (Finding& finding : doubts_about(file)) out.push_back(std::move(finding));

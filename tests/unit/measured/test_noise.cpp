@@ -96,6 +96,7 @@ TEST(Noise, OfAChannelOfFewRowsIsThatOfItsReadings) {
     EXPECT_NEAR(noise->colour, 0.0, 0.35) << "of 1000 readings and more";
   }
   EXPECT_FALSE(found([](std::size_t k) { return k % 25 == 0; })) << "what moves within a second is no noise";
+  EXPECT_FALSE(found([](std::size_t k) { return k % 25 == 0 || k % 60 == 7; })) << "nor within uneven ones";
   EXPECT_FALSE(found([](std::size_t k) { return k % 200 == 0; })) << "too few";
 }
 

@@ -286,6 +286,9 @@ TEST(SessionHealth, CommandsThatRepeatInStepAreTold) {
   EXPECT_EQ(told(), "delta a new value every 2 rows; ");
   file.session.steering_every = 0.08;
   EXPECT_EQ(told(), "");
+  file.session.held_throttle = false;
+  file.throttle_hold_is_known = true;  // "hold": "sampled" in the map
+  EXPECT_EQ(told(), "");
 }
 
 }  // namespace test_session_health

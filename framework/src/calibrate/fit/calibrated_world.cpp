@@ -87,6 +87,18 @@ ForecastOptions forecast_options(const WorldSpec& world) {
 
 double slowest_start(const WorldSpec& world) { return slowest_share * world.car.car.v_ref; }
 
+namespace {
+
+/// An unknown whose own parameter is stated goes on with the first of those that are the same.
+void hand_over(Unknown& unknown, double prior) {
+  unknown.pointer = unknown.same.front().pointer;
+  unknown.index = unknown.same.front().index;
+  unknown.same.erase(unknown.same.begin());
+  unknown.prior = prior;
+}
+
+}  // namespace
+
 void start_delays(const measured::LogMap& map, const std::list<measured::SessionFile>& files,
                   const Forecaster& forecaster, const Node& world, std::vector<double>& values,
                   std::vector<Unknown>& unknowns) {
@@ -100,18 +112,20 @@ void start_delays(const measured::LogMap& map, const std::list<measured::Session
       for (Unknown& u : unknowns) {
         if (same(u)) assign(values, u, values[index]);
         std::erase_if(u.same, [&](const Unknown::Same& s) { return s.index == index; });
+        if (same(u) && !u.same.empty()) hand_over(u, values[index]);
       }
       std::erase_if(unknowns, same);
       continue;
     }
     const std::string pointer = std::string("/calibration/delays/") + measured::delay_names[g];
     if (find_pointer(world, pointer) != nullptr) continue;  // fitted before
-    if (of_files.empty())
+    if (of_files.empty() && !map.delay_start[g])
       for (const measured::SessionFile& file : files)
         of_files.push_back(measured::clock_delays(map, measured::delays_of(file)));
     std::vector<double> found;
+    if (map.delay_start[g]) found.push_back(*map.delay_start[g]);
     for (const auto& delays : of_files)
-      if (std::isfinite(delays[g])) found.push_back(delays[g]);
+      if (!map.delay_start[g] && std::isfinite(delays[g])) found.push_back(delays[g]);
     if (found.empty()) continue;
     constexpr double most_early = -0.4, most_late = 0.9;  // [s] inside the range of the parameter
     values[index] = std::clamp(upper_median(std::move(found)), most_early, most_late);

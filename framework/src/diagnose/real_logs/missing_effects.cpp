@@ -61,9 +61,11 @@ double noise_of_sensors(const std::list<measured::SessionFile>& files, const cal
   double sum = 0.0, weight = 0.0;
   for (std::size_t c = 0; c < calibrate::channels; ++c) {
     const double w = weighing.channel[c] * weighing.channel[c];
-    bool read = false, measured = false;
+    constexpr std::size_t stray = 20;  // readings that hardly count
+    std::size_t readings = 0;
+    bool measured = false;
     for (const measured::SessionFile& file : files) {
-      for (std::size_t i = 0; i < file.session.rows() && !read; ++i) read = !std::isnan(file.session.at(i, c));
+      for (std::size_t i = 0; i < file.session.rows(); ++i) readings += std::isnan(file.session.at(i, c)) ? 0 : 1;
       const auto noise = measured::noise_of(file.session, c, file.row_step);
       if (!noise) continue;
       measured = true;
@@ -71,7 +73,7 @@ double noise_of_sensors(const std::list<measured::SessionFile>& files, const cal
       sum += w * z * z;
       weight += w;
     }
-    if (read && w > 0.0 && !measured) return 0.0;
+    if (readings > stray && w > 0.0 && !measured) return 0.0;
   }
   return weight > 0.0 ? std::sqrt(sum / weight) : 0.0;
 }
@@ -147,6 +149,8 @@ std::vector<MissingEffect> eliminate_and_extend(const EffectSearch& search, Sele
     std::vector<std::string> before;
     for (const calibrate::Addition& one : selection.added) before.push_back(one.name);
     named = eliminate_backward(search, selection);
+    // Parameters that were opened beside a reading are none of the calibrated world.
+    if (selection.added.empty()) selection = nothing_added(search);
     const std::size_t left = selection.added.size();
     if (left == before.size()) break;
     for (const std::string& name : before)

@@ -72,7 +72,15 @@ std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, co
 }
 
 measured::LogMap with_found(measured::LogMap map, std::span<const ChannelDelay> delays) {
-  for (const ChannelDelay& one : delays) map.find_delay(one.group);
+  constexpr std::size_t position = 0, yaw = 1, velocity = 2;
+  const auto leave_open = [&](std::size_t group, double seconds) {
+    if (const auto stated = map.delay(group)) map.find_delay(group, *stated + seconds);
+  };
+  for (const ChannelDelay& one : delays) leave_open(one.group, one.seconds);
+  for (const ChannelDelay& one : delays)
+    if (one.group == yaw)
+      for (const std::size_t other : {position, velocity})
+        if (std::ranges::find(delays, other, &ChannelDelay::group) == delays.end()) leave_open(other, one.seconds);
   return map;
 }
 

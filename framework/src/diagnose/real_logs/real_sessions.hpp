@@ -30,7 +30,8 @@ void use_once(std::list<measured::SessionFile>& files, std::list<measured::Sessi
 std::vector<ChannelDelay> channel_delays(const std::list<measured::SessionFile>& files, const measured::LogMap& map,
                                          double v_ref);
 
-/// A map that leaves the delays of the channels that are late to be fitted, from where they were found.
+/// A map that leaves the delays of the channels that are later than it states to be fitted, from where they were found;
+/// where yaw is late, also those of place and speed, which one receiver may give with it.
 measured::LogMap with_found(measured::LogMap map, std::span<const ChannelDelay> delays);
 
 }  // namespace gripline::diagnose

@@ -54,6 +54,24 @@ TEST(StartOfFit, TakesADelayFromTheMapAndFitsItNoMore) {
   EXPECT_EQ(find(start, "/calibration/delays/position"), nullptr);
 }
 
+/// Of delays that are one unknown those that are stated leave it, and the others stay fitted.
+TEST(StartOfFit, ADelayThatIsToBeFoundIsFittedThoughTheOneItIsTiedToIsStated) {
+  const OffsetWorld offset(R"({"unknowns": {
+      "/calibration/delays/yaw": {"same_as": "/calibration/delays/position"},
+      "/calibration/delays/velocity": {"same_as": "/calibration/delays/position"}}})");
+  measured::LogMap map = measured::gripline_map();
+  map.file = "map.json";
+  map.find_delay(2, 0.3);
+  const StartOfFit start = offset.start(map);
+  EXPECT_EQ(find(start, "/calibration/delays/position"), nullptr);
+  const Unknown* const velocity = find(start, "/calibration/delays/velocity");
+  ASSERT_NE(velocity, nullptr);
+  EXPECT_TRUE(velocity->same.empty());
+  EXPECT_EQ(velocity->prior, 0.3);
+  EXPECT_EQ(start.values[offset.delay() + 2], 0.3);
+  EXPECT_EQ(start.values[offset.delay()], 0.0);
+}
+
 TEST(StartOfFit, KeepsAnOffsetOfTheYawRateToWhatYawSays) {
   const OffsetWorld offset;
   const StartOfFit start = offset.start(measured::gripline_map(), measured::YawRateOffset{0.001, 0.001, 400});

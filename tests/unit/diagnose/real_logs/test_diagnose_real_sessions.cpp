@@ -90,7 +90,27 @@ TEST(RealSessions, DelaysThatWereFoundAreLeftToTheFit) {
   const measured::LogMap stated = measured::gripline_map();
   const measured::LogMap map = with_found(stated, channel_delays({late(0.5)}, stated, 2.0));
   EXPECT_EQ(map.delay(3), std::nullopt);
+  EXPECT_NEAR(map.delay_start[3].value(), 0.5, 0.05);
   for (const std::size_t group : {0u, 1u, 2u}) EXPECT_EQ(map.delay(group), 0.0) << group;
+}
+
+/// A receiver's yaw is late together with its place and speed, of which nothing else tells.
+TEST(RealSessions, WhatIsOfOneReceiverWithALateYawIsLeftToTheFitToo) {
+  measured::LogMap stated = measured::gripline_map();
+  const auto delay = [](std::size_t group, double seconds) {
+    return ChannelDelay{.group = group, .seconds = seconds, .low = seconds, .high = seconds};
+  };
+  const std::vector<ChannelDelay> yaw = {delay(1, 0.15)}, both = {delay(1, 0.15), delay(2, 0.25)};
+  measured::LogMap map = with_found(stated, yaw);
+  for (const std::size_t group : {0u, 1u, 2u}) {
+    EXPECT_EQ(map.delay(group), std::nullopt) << group;
+    EXPECT_EQ(map.delay_start[group], 0.15) << group;
+  }
+  EXPECT_EQ(map.delay(3), 0.0);
+  map = with_found(stated, both);
+  EXPECT_EQ(map.delay_start[2], 0.25);
+  stated.find_delay(1, 0.4);
+  EXPECT_EQ(with_found(stated, yaw).delay_start[1], 0.4) << "to be found already";
 }
 
 TEST(RealSessions, ALogWithoutAnythingToTellADelayByHasNone) {
