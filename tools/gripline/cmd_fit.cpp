@@ -164,10 +164,7 @@ std::list<measured::SessionFile> read_fit_logs(std::span<const std::string> name
     files.push_back(measured::read_session(name, map));
     measured::check_session(files.back(), v_ref);
     warn_of_findings(name, files.back());
-    for (const auto& findings :
-         {measured::constant_commands(files.back().session), measured::doubts_about(files.back())})
-      for (const measured::Finding& f : findings)
-        std::cerr << "warning: " << name << ": " << f.check << ' ' << f.found << ": " << f.done << '\n';
+    warn_of_doubts(name, files.back());
   }
   return files;
 }

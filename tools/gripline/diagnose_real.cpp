@@ -55,7 +55,10 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   auto files = diagnose::read_sessions(asked.logs, map, v_ref),
        held_out = diagnose::read_sessions(asked.held_out, map, v_ref);
   for (const Sessions* const all : {&files, &held_out})
-    for (const measured::SessionFile& file : *all) warn_of_findings(file.session.name, file);
+    for (const measured::SessionFile& file : *all) {
+      warn_of_findings(file.session.name, file);
+      warn_of_doubts(file.session.name, file);
+    }
   diagnose::use_once(files, held_out, [](const std::string& line) { std::cerr << line << '\n'; });
   const OutLock lock = open_out_folder(asked.out, "diagnosis", asked.force);
   const auto delays = diagnose::channel_delays(files, map, v_ref);

@@ -6,6 +6,7 @@
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "config/json_file.hpp"
+#include "measured/session_health.hpp"
 #include "util/csv.hpp"
 
 namespace gripline::tools {
@@ -146,6 +147,12 @@ void warn_of_findings(const std::string& log, const measured::SessionFile& file)
     else
       std::cerr << f.check << ' ' << f.found << ": " << f.done << '\n';
   }
+}
+
+void warn_of_doubts(const std::string& log, const measured::SessionFile& file) {
+  for (const auto& findings : {measured::constant_commands(file.session), measured::doubts_about(file)})
+    for (const measured::Finding& f : findings)
+      std::cerr << "warning: " << log << ": " << f.check << ' ' << f.found << ": " << f.done << '\n';
 }
 
 }  // namespace gripline::tools

@@ -37,5 +37,7 @@ measured::LogMap map_option(const boost::program_options::variables_map& given, 
 /// Says on stderr what a log lacks, what is taken in its place and what is left out of it, in the words of import's
 /// table.
 void warn_of_findings(const std::string& log, const measured::SessionFile& file);
+/// Warns of commands that stay where they are and of channels that hardly fit the others.
+void warn_of_doubts(const std::string& log, const measured::SessionFile& file);
 
 }  // namespace gripline::tools
