@@ -50,7 +50,7 @@ double determined(const Selection& selection, const Addition& addition, const ca
 }
 
 /// Takes out what the fitted time does not determine beside the others, the least determined first. Gives the normal
-/// equations of what is left, nothing where that is the calibrated world.
+/// equations of what is left, nothing where no effect is.
 calibrate::BlockedNormalEquations keep_determined(const EffectSearch& search, Selection& selection) {
   while (!selection.added.empty()) {
     const Trial& found = *selection.trial;

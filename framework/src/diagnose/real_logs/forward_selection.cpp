@@ -19,8 +19,9 @@ constexpr double worth = 0.02;  // of the squared errors: a hundredth of the err
 // Share of its information that sets an effect apart from what is fitted, below which first order says little of it: a
 // dead zone or an end of grip that no command reaches yet.
 constexpr double hidden = 1e-2;
-constexpr double faint = 0.5 * worth;  // a gain to first order below which even those are not fitted
-constexpr double surpassed = 1.5;      // times its gain to first order a fit may reach, where another has reached more
+constexpr double faint = 0.5 * worth;   // a gain to first order below which even those are not fitted
+constexpr double disputed_share = 0.5;  // of the largest gain, from where on what blocks do not agree on is fitted
+constexpr double surpassed = 1.5;       // times its gain to first order a fit may reach, where another has reached more
 
 /// Candidates beside one selection, by their gain to first order, and the best that was fitted.
 struct Round {
@@ -70,8 +71,8 @@ void try_candidate(const EffectSearch& search, const Selection& selection, Round
   ScoredEffect& row = round.rows[index];
   row = {calibrate::addition_of(effect, base).name, 1.0 - trial->cost / base.cost, true, trial->validation.rms(),
          change_of(trial->validation, base.validation)};
-  // Whether it surely helps is asked in the end, beside the others: what is still missing is noise here. Where blocks do
-  // not agree on it, it must be sure by now.
+  // Whether it surely helps is asked in the end, beside the others: what is still missing is noise here. Where blocks
+  // do not agree on it, it must be sure by now.
   const bool disputed = !(score.score > agreed) && !(score.apart < hidden);
   if (!near || !(disputed ? row.change.helps() : row.change.change < 0.0) || !(trial->cost < rival)) return;
   round.best = std::move(trial);
@@ -89,7 +90,8 @@ void try_best(const EffectSearch& search, const Selection& selection, Round& rou
     try_candidate(search, selection, round, i);
   };
   for (std::size_t i = 0, tried = 0; i < count && tried < tries; ++i) {
-    const bool among_best = first_round && round.scores[i].gain > std::max(worth, 0.5 * round.scores.front().gain);
+    const bool among_best =
+        first_round && round.scores[i].gain > std::max(worth, disputed_share * round.scores.front().gain);
     if (!(round.scores[i].score > agreed) && !among_best) continue;
     if (round.best && !first_round && surpassed * round.scores[i].gain < 1.0 - round.best->cost / selection.trial->cost)
       break;
