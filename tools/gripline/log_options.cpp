@@ -57,7 +57,7 @@ bool is_form(const measured::Finding& f) {
 
 /// Whether a world holds a command between steps that a map has without a word on what it does between rows.
 bool is_silent(const std::optional<measured::MappedChannel>& command, bool held_in_world) {
-  return held_in_world && command && command->command && !command->hold_given && command->every == 0.0;
+  return held_in_world && command && command->command && !command->between.stated;
 }
 
 /// A map's commands are linear between rows unless it says otherwise, whatever the world does.
@@ -133,8 +133,12 @@ measured::LogMap map_option(const po::variables_map& given, const WorldSpec& wor
     return map;
   }
   measured::LogMap own = measured::gripline_map();
-  own.channel[static_cast<std::size_t>(measured::Source::d)]->held = world.hold != Hold::foh;
-  own.channel[static_cast<std::size_t>(measured::Source::delta)]->held = world.hold == Hold::zoh;
+  const auto hold = [&](measured::Source command, bool held) {
+    using Kind = measured::BetweenRows::Kind;
+    own.channel[static_cast<std::size_t>(command)]->between.used = held ? Kind::held : Kind::linear;
+  };
+  hold(measured::Source::d, world.hold != Hold::foh);
+  hold(measured::Source::delta, world.hold == Hold::zoh);
   return own;
 }
 

@@ -317,8 +317,8 @@ std::vector<Wanted> wanted_by(const measured::LogMap& map) {
   add_wanted(all, map.time.formula, false, false, map.time.origin);
   for (std::size_t s = 0; s < measured::source_count; ++s)
     if (const auto& channel = map.channel[s])
-      add_wanted(all, channel->formula, channel->held, static_cast<measured::Source>(s) == measured::Source::yaw,
-                 channel->origin);
+      add_wanted(all, channel->formula, channel->between.held(),
+                 static_cast<measured::Source>(s) == measured::Source::yaw, channel->origin);
   for (const std::string& name : measured::quoted_names(map.valid)) {
     // A switch is held, unless a channel reads the column in its own way.
     const bool known = std::any_of(all.begin(), all.end(), [&](const Wanted& w) { return w.column == name; });

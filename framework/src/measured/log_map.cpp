@@ -91,6 +91,22 @@ void check_unit(const MappedChannel& channel, const char* unit, Errors& errors) 
   }
 }
 
+/// `may_be_paced`: whether the channel is one that can be read every so often.
+BetweenRows read_between_rows(ObjectReader& r, bool may_be_paced) {
+  using enum BetweenRows::Kind;
+  BetweenRows between;
+  between.used = r.choice<BetweenRows::Kind>("hold", {{"held", held}, {"sampled", linear}}, linear);
+  between.every = r.number("every", "s", NumberRange::closed(0.0, 1.0), 0.0);
+  between.stated = r.has("hold") || between.every > 0.0;
+  if (!(between.every > 0.0)) return between;
+  if (!may_be_paced)
+    r.error_at("every", "only d and delta are read every so often; a measurement that repeats is \"held\"");
+  if (between.held())
+    r.error_at("every", "a command that is held jumps to each reading; one read every so often moves to it");
+  between.used = paced;
+  return between;
+}
+
 /// `map` takes the channel's frame; null for the time.
 MappedChannel read_channel(const Node& node, const char* unit, Errors& errors, LogMap* map = nullptr,
                            Source source = Source::x) {
@@ -114,13 +130,7 @@ MappedChannel read_channel(const Node& node, const char* unit, Errors& errors, L
   channel.sign = r.number("sign", "1", NumberRange::closed(-1.0, 1.0), 1.0);
   if (channel.sign != 1.0 && channel.sign != -1.0) r.error_at("sign", "expected 1 or -1");
   channel.command = r.choice<bool>("kind", {{"command", true}, {"measurement", false}}, false);
-  channel.hold_given = r.has("hold");
-  channel.held = r.choice<bool>("hold", {{"held", true}, {"sampled", false}}, false);
-  channel.every = r.number("every", "s", NumberRange::closed(0.0, 1.0), 0.0);
-  if (channel.every > 0.0 && map != nullptr && source != Source::d && source != Source::delta)
-    r.error_at("every", "only d and delta are read every so often; a measurement that repeats is \"held\"");
-  if (channel.every > 0.0 && channel.held)
-    r.error_at("every", "a command that is held jumps to each reading; one read every so often moves to it");
+  channel.between = read_between_rows(r, map == nullptr || source == Source::d || source == Source::delta);
   read_delay(r, why_never_late(map, source), channel);
   if (map != nullptr) read_frame(r, source, *map);
   r.finish();
@@ -186,6 +196,7 @@ LogMap gripline_map() {
     channel.formula = infos[s].column;
     channel.delay = 0.0;
     channel.command = s >= static_cast<std::size_t>(Source::d);
+    channel.between.stated = channel.command;
     map.channel[s] = channel;
   }
   return map;

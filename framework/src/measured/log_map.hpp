@@ -41,9 +41,7 @@ struct MappedChannel {
   std::string unit;  // "" where the map gives none: the table's own, else SI
   double sign = 1;
   bool command = false;
-  bool held = false;            // the last value is held between new ones
-  bool hold_given = false;      // the map says whether it is
-  double every = 0;             // [s] a command is read so often and repeated in between; 0: in every row
+  BetweenRows between;          // only commands are paced
   std::optional<double> delay;  // [s]; empty: to be found
   Origin origin;
 };

@@ -100,15 +100,15 @@ CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.
       latest = std::max(latest, held || stays ? row : i + 1);
       return v;
     };
-    const double d = value(&CommandSample<double>::d, session.held_throttle);
-    const double delta = value(&CommandSample<double>::delta, session.held_steering);
+    const double d = value(&CommandSample<double>::d, session.throttle_between.held());
+    const double delta = value(&CommandSample<double>::delta, session.steering_between.held());
     sample.push_back({d, delta});
     row_at.push_back(session.t[latest]);
   }
   known_at = row_at;
   fixed_at = {row_at, row_at};
-  ramp(session, &CommandSample<double>::d, session.throttle_every, fixed_at[0]);
-  ramp(session, &CommandSample<double>::delta, session.steering_every, fixed_at[1]);
+  ramp(session, &CommandSample<double>::d, session.throttle_between.every, fixed_at[0]);
+  ramp(session, &CommandSample<double>::delta, session.steering_between.every, fixed_at[1]);
   for (const CommandSample<double>& c : sample) dual.push_back({Dual8(c.d), Dual8(c.delta)});
 }
 

@@ -8,6 +8,7 @@
 
 #include <gripline/types.hpp>
 
+#include "measured/between_rows.hpp"
 #include "measured/log.hpp"
 
 namespace gripline::measured {
@@ -18,12 +19,9 @@ struct Session {
   std::vector<double> t;        // rows [s], strictly rising
   std::vector<double> reading;  // rows x 6, NaN where nothing was read; yaw unwrapped
   std::array<bool, channels> has{};
-  std::vector<double> written_yaw;                    // by row, as the log wraps it [rad]
-  std::vector<CommandSample<double>> command;         // by row
-  bool held_throttle = false, held_steering = false;  // the command stays until the next row; else linear between rows
-  /// How often a logger reads a command that it repeats in between [s], 0 for every row: the car's own command moves
-  /// evenly from one reading to the next.
-  double throttle_every = 0, steering_every = 0;
+  std::vector<double> written_yaw;             // by row, as the log wraps it [rad]
+  std::vector<CommandSample<double>> command;  // by row
+  BetweenRows throttle_between, steering_between;
   bool prescribed_speed = false;  // no throttle is known: vx is taken from the log
 
   std::size_t rows() const { return t.size(); }

@@ -162,7 +162,7 @@ class SessionReader {
       note(info.name, "no number in its column", "taken for absent");
       return;
     }
-    if (channel.held && !channel.command && !is_place(source)) drop_repeats(source);
+    if (channel.between.held() && !channel.command && !is_place(source)) drop_repeats(source);
   }
   void drop_repeats(Source source) {
     note(source_info(source).name,
@@ -185,7 +185,7 @@ class SessionReader {
     if (!on_earth) drop_placeholders();
     for (const auto& [to, from] : {std::pair(Source::x, on_earth ? Source::longitude : Source::x),
                                    {Source::y, on_earth ? Source::latitude : Source::y}})
-      if (map_.channel[static_cast<std::size_t>(from)]->held) drop_repeats(to);
+      if (map_.channel[static_cast<std::size_t>(from)]->between.held()) drop_repeats(to);
   }
 
   Values& of(Source source) { return values_[static_cast<std::size_t>(source)]; }
@@ -355,18 +355,19 @@ class SessionReader {
       s.command.push_back(now);
     }
     if (missing > 0) note("commands", std::to_string(missing) + " rows without", "the last one is held");
-    const auto hold_is_known = [&](Source command) {
-      return map_.file.empty() || (map_[command] && map_[command]->hold_given);
-    };
-    out_.throttle_hold_is_known = hold_is_known(Source::d);
-    out_.steering_hold_is_known = hold_is_known(Source::delta);
-    s.held_throttle = map_[Source::d] && map_[Source::d]->held;
-    s.held_steering = map_[Source::delta] && map_[Source::delta]->held;
-    s.throttle_every = map_[Source::d] ? map_[Source::d]->every : 0.0;
-    s.steering_every = map_[Source::delta] ? map_[Source::delta]->every : 0.0;
+    s.throttle_between = between_rows(Source::d, &CommandSample<double>::d);
+    s.steering_between = between_rows(Source::delta, &CommandSample<double>::delta);
     s.prescribed_speed = !out_.has_throttle;
-    check_pace("throttle", &CommandSample<double>::d, s.throttle_every);
-    check_pace("steering", &CommandSample<double>::delta, s.steering_every);
+    check_pace("throttle", &CommandSample<double>::d, s.throttle_between.every);
+    check_pace("steering", &CommandSample<double>::delta, s.steering_between.every);
+  }
+
+  BetweenRows between_rows(Source source, double CommandSample<double>::*command) const {
+    BetweenRows between = map_[source] ? map_[source]->between : BetweenRows{};
+    Values values;
+    for (const CommandSample<double>& c : out_.session.command) values.push_back(c.*command);
+    between.repeats = rows_between_new(out_.session.t, values);
+    return between;
   }
 
   void check_pace(const char* name, double CommandSample<double>::*command, double every) {

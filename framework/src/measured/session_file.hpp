@@ -14,8 +14,6 @@ namespace gripline::measured {
 struct SessionFile {
   Session session;
   std::vector<Finding> findings;
-  // Whether somebody said what a command does between rows: the map, or gripline, whose own logs need none.
-  bool throttle_hold_is_known = false, steering_hold_is_known = false;
   bool has_throttle = false;      // else vx is taken from the log
   bool derived_velocity = false;  // vx, vy from differences of the place
   bool derived_yaw = false;       // the course over ground

@@ -481,17 +481,13 @@ void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
 /// Commands that repeat in step and are taken for new in each row.
 void repeated_commands(const SessionFile& file, std::vector<Finding>& out) {
   const Session& s = file.session;
-  const auto look_at = [&](double CommandSample<double>::*command, bool known, const char* name) {
-    Values values;
-    for (const CommandSample<double>& c : s.command) values.push_back(c.*command);
-    if (const double every = rows_between_new(s.t, values); !known && every > 1.0)
-      out.push_back({Level::note, name, "a new value every " + significant(every) + " rows",
+  const auto look_at = [&](const BetweenRows& between, const char* name) {
+    if (between.is_unexplained())
+      out.push_back({Level::note, name, "a new value every " + significant(between.repeats) + " rows",
                      "read as linear between rows: say \"hold\": \"held\" in the map"});
   };
-  if (!s.prescribed_speed)
-    look_at(&CommandSample<double>::d, file.throttle_hold_is_known || s.held_throttle || s.throttle_every > 0.0, "d");
-  look_at(&CommandSample<double>::delta, file.steering_hold_is_known || s.held_steering || s.steering_every > 0.0,
-          "delta");
+  if (!s.prescribed_speed) look_at(s.throttle_between, "d");
+  look_at(s.steering_between, "delta");
 }
 
 void jumps(const SessionFile& file, std::vector<Finding>& out) {

@@ -43,12 +43,19 @@ TEST(LogMap, AxesOfTheVelocityLieAlongTheCar) {
 
 TEST(LogMap, ASampledCommandIsNotOneOfWhichNothingIsSaid) {
   const auto throttle = [](const char* hold) {
-    return map_of(std::string(R"(, "vx": "v", "d": {"column": "gas")") + hold + "}")[Source::d].value();
+    return map_of(std::string(R"(, "vx": "v", "d": {"column": "gas")") + hold + "}")[Source::d]->between;
   };
-  EXPECT_FALSE(throttle("").hold_given);
-  EXPECT_TRUE(throttle(R"(, "hold": "sampled")").hold_given);
-  EXPECT_FALSE(throttle(R"(, "hold": "sampled")").held);
-  EXPECT_TRUE(throttle(R"(, "hold": "held")").held);
+  using enum BetweenRows::Kind;
+  EXPECT_FALSE(throttle("").stated);
+  EXPECT_EQ(throttle("").used, linear);
+  EXPECT_TRUE(throttle(R"(, "hold": "sampled")").stated);
+  EXPECT_EQ(throttle(R"(, "hold": "sampled")").used, linear);
+  EXPECT_TRUE(throttle(R"(, "hold": "held")").stated);
+  EXPECT_EQ(throttle(R"(, "hold": "held")").used, held);
+  EXPECT_TRUE(throttle(R"(, "every": 0.1)").stated);
+  EXPECT_EQ(throttle(R"(, "every": 0.1)").used, paced);
+  EXPECT_EQ(throttle(R"(, "every": 0.1)").every, 0.1);
+  EXPECT_FALSE(throttle(R"(, "every": 0)").stated);
 }
 
 TEST(LogMap, ChannelsOfAUnitStateItsFrameTogether) {

@@ -30,10 +30,12 @@ TEST(CommandGrid, StepsStayStepsWhereEveryRowIsRead) {
   EXPECT_EQ(steering(grid, 1.0), 0.2);
 }
 
+BetweenRows read_every(double seconds) { return {.used = BetweenRows::Kind::paced, .every = seconds}; }
+
 /// Rows on the grid: linear between samples, what is held until the next row must not come half a sample early.
 TEST(CommandGrid, AHeldCommandHasItsMeanOverEveryStretch) {
   Session s = stepping();  // rows 10 ms apart, the steering steps to 0.2 at 1.0 s
-  s.held_steering = true;
+  s.steering_between.used = BetweenRows::Kind::held;
   const CommandGrid grid(s, 0.01);
   EXPECT_EQ(steering(grid, 0.99), 0.0);
   EXPECT_NEAR(steering(grid, 1.0), 0.1, 1e-9);
@@ -46,7 +48,7 @@ TEST(CommandGrid, AHeldCommandHasItsMeanOverEveryStretch) {
 
 TEST(CommandGrid, ACommandReadEverySoOftenMovesEvenlyToItsNextReading) {
   Session s = stepping();
-  s.steering_every = 0.1;
+  s.steering_between = read_every(0.1);
   const CommandGrid grid(s, 0.01);
   EXPECT_EQ(steering(grid, 0.89), 0.0);
   EXPECT_NEAR(steering(grid, 0.95), 0.1, 1e-9);
@@ -58,7 +60,7 @@ TEST(CommandGrid, ACommandReadEverySoOftenMovesEvenlyToItsNextReading) {
 
 TEST(CommandGrid, AMovementIsKnownOnceItsEndWasRead) {
   Session s = stepping();
-  s.throttle_every = 0.1;
+  s.throttle_between = read_every(0.1);
   const CommandGrid grid(s, 0.01);
   EXPECT_EQ(grid.known(1.5), 151u);
   EXPECT_LE(grid.known(1.99), 191u);  // of 1.90 s on nothing is known before 2.0 s
@@ -69,7 +71,7 @@ TEST(CommandGrid, AMovementIsKnownOnceItsEndWasRead) {
 TEST(CommandGrid, UntilItsNextReadingACommandIsHeldWhateverTheOtherOneDoes) {
   Session s = stepping();  // the throttle steps at 2.0 s
   for (std::size_t i = 205; i < s.rows(); ++i) s.command[i].delta = 0.3;
-  s.steering_every = 0.1;
+  s.steering_between = read_every(0.1);
   const CommandGrid grid(s, 0.01);
   EXPECT_EQ(grid.shown_by(2.0), 201u);
   EXPECT_LT(grid.known(2.0), 201u);  // the steering moves from 1.95 s to 2.05 s
@@ -104,7 +106,7 @@ TEST(CommandGrid, ACommandThatChangesMoreOftenThanItIsSaidToBeReadStaysAsItStand
   for (std::size_t i = 0; i < s.rows(); ++i)
     if (s.t[i] > 1.2 - 1e-9) s.command[i].delta = 0.01 * std::floor((s.t[i] + 1e-9) / 0.05);
   const CommandGrid as_written(s, 0.01);
-  s.steering_every = 0.1;
+  s.steering_between = read_every(0.1);
   const CommandGrid grid(s, 0.01);
   EXPECT_NEAR(steering(grid, 0.95), 0.1, 1e-9);  // so far it is read as said
   for (double t = 1.45; t < 1.9; t += 0.01) EXPECT_EQ(steering(grid, t), steering(as_written, t)) << t;

@@ -422,6 +422,42 @@ TEST(SessionFile, RowsInBurstsAreNoMilliseconds) {
   EXPECT_THAT(why(in_ms, speed_map()), HasSubstr("time was taken for milliseconds"));
 }
 
+/// Commands of 10 Hz in rows of 20 Hz, through maps that say so or do not.
+TEST(SessionFile, WhatCommandsDoBetweenRowsIsStatedUsedAndShown) {
+  double last = 0;
+  std::size_t k = 0;
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,d,delta_rad",
+                          [&](std::ostream& out, double t, double, double, double, double rate, double delta) {
+                            if (k++ % 2 == 0) last = delta;
+                            out << t << ",10," << rate << ',' << 0.2 + 0.01 * std::sin(t) << ',' << last << '\n';
+                          });
+  const auto session = [&](const std::string& more) {
+    return read_session(log, map_of(R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
+      "d": "d", "delta": {"column": "delta_rad")" +
+                                    more + "}}}"))
+        .session;
+  };
+  using Kind = BetweenRows::Kind;
+  const Session silent = session("");
+  EXPECT_EQ(silent.throttle_between.repeats, 1.0);
+  EXPECT_NEAR(silent.steering_between.repeats, 2.0, 0.1);
+  EXPECT_EQ(silent.steering_between.used, Kind::linear);
+  EXPECT_FALSE(silent.throttle_between.is_unexplained());
+  EXPECT_TRUE(silent.steering_between.is_unexplained());
+  const BetweenRows held = session(R"(, "hold": "held")").steering_between;
+  EXPECT_TRUE(held.held());
+  EXPECT_FALSE(held.is_unexplained());
+  EXPECT_NEAR(held.repeats, 2.0, 0.1) << "whatever is stated";
+  const BetweenRows paced = session(R"(, "every": 0.1)").steering_between;
+  EXPECT_EQ(paced.used, Kind::paced);
+  EXPECT_EQ(paced.every, 0.1);
+  EXPECT_FALSE(paced.is_unexplained());
+  EXPECT_FALSE(session(R"(, "hold": "sampled")").steering_between.is_unexplained());
+  const Session own = read_session(log, gripline_map()).session;
+  EXPECT_NEAR(own.steering_between.repeats, 2.0, 0.1);
+  EXPECT_FALSE(own.steering_between.is_unexplained()) << "gripline's own logs need no word";
+}
+
 TEST(SessionFile, PlaceholdersBeforeTheFirstFixAreLeftOut) {
   const auto log = log_of("t,px,py,psi,v,r,steer",
                           [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {

@@ -265,15 +265,10 @@ TEST(SessionHealth, EveryOtherRowThatRepeatsIsHeld) {
   EXPECT_EQ(hints(2), "x a new value every 2 rows; y a new value every 2 rows; ");
 }
 
-/// Commands of 12.5 Hz in rows of 25 Hz, through a map that says so or does not.
-TEST(SessionHealth, CommandsThatRepeatInStepAreTold) {
+TEST(SessionHealth, CommandsThatRepeatInStepAreToldUnlessTheMapSaysWhatThatMeans) {
   SessionFile file;
   file.row_step = 0.04;
-  CommandSample<double> last;
-  file.session = wandering([&](double t, std::size_t k, auto&, auto& command, auto&, auto&) {
-    if (k % 2 == 0) last = {0.3 + 0.2 * std::sin(0.4 * t), command.delta};
-    command = last;
-  });
+  file.session = wandering([](double, std::size_t, auto&, auto&, auto&, auto&) {});
   const auto told = [&] {
     std::string names;
     for (const Finding& f : health_of(file))
@@ -281,14 +276,15 @@ TEST(SessionHealth, CommandsThatRepeatInStepAreTold) {
         names += f.check + " " + f.found + "; ";
     return names;
   };
-  EXPECT_EQ(told(), "d a new value every 2 rows; delta a new value every 2 rows; ");
-  file.session.held_throttle = true;
-  EXPECT_EQ(told(), "delta a new value every 2 rows; ");
-  file.session.steering_every = 0.08;
-  EXPECT_EQ(told(), "");
-  file.session.held_throttle = false;
-  file.throttle_hold_is_known = true;  // "hold": "sampled" in the map
-  EXPECT_EQ(told(), "");
+  EXPECT_EQ(told(), "") << "commands that do not repeat";
+  file.session.throttle_between.repeats = 2;
+  file.session.steering_between.repeats = 1.6;
+  EXPECT_EQ(told(), "d a new value every 2 rows; delta a new value every 1.6 rows; ");
+  file.session.throttle_between.stated = true;
+  EXPECT_EQ(told(), "delta a new value every 1.6 rows; ");
+  file.session.prescribed_speed = true;
+  file.session.throttle_between.stated = false;
+  EXPECT_EQ(told(), "delta a new value every 1.6 rows; ") << "there is no throttle";
 }
 
 }  // namespace test_session_health

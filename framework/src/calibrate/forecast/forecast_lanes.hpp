@@ -57,7 +57,9 @@ struct Setting {
   const T& operator[](Extra e) const { return extra[static_cast<std::size_t>(e)]; }
   const T& delay(std::size_t group) const { return extra[static_cast<std::size_t>(Extra::delay_position) + group]; }
   std::size_t memory() const { return static_cast<std::size_t>(car.memory()); }
-  double longest_every() const { return std::max(session.throttle_every, session.steering_every); }  // [s]
+  double longest_every() const {  // [s]
+    return std::max(session.throttle_between.every, session.steering_between.every);
+  }
 
   Row<T> read(const T* x, const Place& at) const {
     Reading<T> r{x[0], x[1], x[2], x[3], x[4], x[5]};

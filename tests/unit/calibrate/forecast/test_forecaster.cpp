@@ -108,11 +108,15 @@ TEST(Forecaster, ReadsTheLogBeforeTheStartAndCommandsUpToItsTimeAndNothingElse) 
   expect_nothing_later_read(rig, s, {0.02, 0.5, 1.0});
 }
 
+measured::BetweenRows read_every(double seconds) {
+  return {.used = measured::BetweenRows::Kind::paced, .every = seconds};
+}
+
 TEST(Forecaster, ReadsNothingLaterOfCommandsThatAreReadEverySoOften) {
   const CalibrateRig rig;
   Session s = drive(rig.vehicle.car(), {.seconds = 20, .noise = 1, .command = commands_in_steps});
-  s.throttle_every = 0.1;
-  s.steering_every = 0.14;
+  s.throttle_between = read_every(0.1);
+  s.steering_between = read_every(0.14);
   expect_nothing_later_read(rig, s, {0.06, 0.5, 1.0});
 }
 
@@ -120,7 +124,7 @@ TEST(Forecaster, ReadsNothingLaterOfASpeedThatIsPrescribed) {
   const CalibrateRig rig;
   Session s = drive(rig.vehicle.car(), {.seconds = 20, .noise = 1, .command = commands_in_steps});
   s.prescribed_speed = true;
-  s.steering_every = 0.14;
+  s.steering_between = read_every(0.14);
   for (auto& command : s.command) command.d = 0.0;
   expect_nothing_later_read(rig, s, {0.06, 0.5, 1.0});
   for (std::size_t i = 0; i < s.rows(); ++i)
