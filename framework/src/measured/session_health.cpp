@@ -354,11 +354,13 @@ void add_throttle_delay(const Session& s, std::vector<Delay>& delays) {
   add_delay(delays, grid, "velocity", grid.rate(grid.channel(Channel::vx)), "d", grid.command(false), std::nullopt);
 }
 
-std::vector<Delay> delays_of(const Session& s, bool derived_yaw, bool derived_velocity) {
+/// `told`: by group, whether the pose tells its delay.
+std::vector<Delay> delays_of(const Session& s, const std::array<bool, delay_groups>& told) {
   std::vector<Delay> delays;
   if (s.rows() < 100) return delays;
-  if (s.has[Channel::yaw] && s.has[Channel::yaw_rate] && !derived_yaw) add_yaw_rate_delay(s, delays);
-  if (s.has[Channel::x] && s.has[Channel::vx] && !derived_velocity) add_velocity_delay(s, delays);
+  const auto is_told = [&](std::size_t channel) { return s.has[channel] && told[delay_group[channel]]; };
+  if (s.has[Channel::yaw] && is_told(Channel::yaw_rate)) add_yaw_rate_delay(s, delays);
+  if (s.has[Channel::x] && is_told(Channel::vx)) add_velocity_delay(s, delays);
   add_steering_delay(s, delays);
   if (!s.prescribed_speed && s.has[Channel::vx]) add_throttle_delay(s, delays);
   return delays;
@@ -366,10 +368,18 @@ std::vector<Delay> delays_of(const Session& s, bool derived_yaw, bool derived_ve
 
 }  // namespace
 
-std::vector<Delay> delays_of(const Session& session) { return delays_of(session, false, false); }
+std::vector<Delay> delays_of(const Session& session) { return delays_of(session, {true, true, true, true}); }
 
 std::vector<Delay> delays_of(const SessionFile& file) {
-  return delays_of(at_centre_of_gravity(file), file.derived_yaw, file.derived_velocity);
+  std::array<bool, delay_groups> told{};
+  for (std::size_t g = 0; g < told.size(); ++g) told[g] = pose_tells_delay(file, g);
+  return delays_of(at_centre_of_gravity(file), told);
+}
+
+bool pose_tells_delay(const SessionFile& file, std::size_t group) {
+  if (group == delay_group[Channel::vx]) return !file.derived_velocity;
+  if (group == delay_group[Channel::yaw_rate]) return !file.derived_yaw;
+  return true;
 }
 
 std::optional<Delay> displacement_delay(const Session& s, double yaw_is_late) {

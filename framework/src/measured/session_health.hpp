@@ -23,9 +23,12 @@ struct Delay {
 /// correlate above 0.5, over three blocks at least in which both were read. Channels that are read in few of the rows
 /// are compared at the pace of the sparsest, linear over gaps of at most 0.25 s.
 std::vector<Delay> delays_of(const Session& session);
-/// Those of a log at its centre of gravity, without delays of channels against what they were derived from: speeds from
-/// the place share its noise, and a course leads or follows the heading by the car's sideslip.
+/// Those of a log at its centre of gravity, of channels whose delay the pose tells.
 std::vector<Delay> delays_of(const SessionFile& file);
+/// Whether a group's channels can be told to be late against the log's pose (velocity against place, yaw rate against
+/// yaw). Not where one of the two was derived from the place: such speeds have its noise, half a step late, and a
+/// course leads or follows the heading by the car's sideslip, so that no yaw rate is late against it.
+bool pose_tells_delay(const SessionFile& file, std::size_t group);
 
 /// Velocity against place by displacements (displacement_lag.hpp), for sessions with x, yaw, vx and vy.
 /// `yaw_is_late`: by what the heading is [s].

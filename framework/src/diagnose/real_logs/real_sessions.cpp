@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <initializer_list>
 
 #include "config/errors.hpp"
 #include "measured/centre_of_gravity.hpp"
+#include "measured/session_health.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {
@@ -29,10 +29,13 @@ void drop_repeated(std::list<SessionFile>& all, const PrintLine& print) {
     }
 }
 
-void forget(measured::LogFile& log, std::initializer_list<std::size_t> unread) {
-  for (measured::Log& stretch : log.stretches)
-    for (std::size_t i = 0; i < stretch.size(); ++i)
-      for (const std::size_t c : unread) stretch.reading[i * measured::channels + c] = not_a_number;
+/// Of a log that is compared together with others: what its pose tells no delay of is as if it had not been read.
+void forget_untold(measured::LogFile& log, const SessionFile& file) {
+  for (std::size_t c = 0; c < measured::channels; ++c) {
+    if (measured::pose_tells_delay(file, measured::delay_group[c])) continue;
+    for (measured::Log& stretch : log.stretches)
+      for (std::size_t i = 0; i < stretch.size(); ++i) stretch.reading[i * measured::channels + c] = not_a_number;
+  }
 }
 
 }  // namespace
@@ -63,10 +66,7 @@ std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, co
   std::vector<measured::LogFile> logs;
   for (const SessionFile& file : files) {
     logs.push_back(measured::on_even_grid(measured::at_centre_of_gravity(file, stated), v_ref));
-    // The course turns before the heading or after it, by the car's sideslip: no yaw rate is late against it. Speeds
-    // from differences of the place have its noise, half a step late.
-    if (file.derived_yaw) forget(logs.back(), {measured::Channel::yaw_rate});
-    if (file.derived_velocity) forget(logs.back(), {measured::Channel::vx, measured::Channel::vy});
+    forget_untold(logs.back(), file);
   }
   return find_channel_delays(logs, SpeedsBy::accelerations);
 }

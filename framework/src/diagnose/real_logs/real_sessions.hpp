@@ -25,8 +25,8 @@ void use_once(std::list<measured::SessionFile>& files, std::list<measured::Sessi
               const PrintLine& print);
 
 /// Delays of channels against each other, of the logs on their even grid and without the delays that `map` states.
-/// Channels that no log has are not compared, nor those that were derived from what they would be compared with.
-/// `v_ref`: typical speed of the car [m/s].
+/// Channels that no log has are not compared, nor those whose delay the pose does not tell
+/// (measured::pose_tells_delay). `v_ref`: typical speed of the car [m/s].
 std::vector<ChannelDelay> channel_delays(const std::list<measured::SessionFile>& files, const measured::LogMap& map,
                                          double v_ref);
 
