@@ -23,19 +23,4 @@ std::string run_key(const RaceSpec& race, const RunId& id, FileHashes& hashes) {
   return sha256_hex(text);
 }
 
-const std::string& FileHashes::of(const fs::path& file) {
-  auto [found, fresh] = known_.try_emplace(file);
-  Known& known = found->second;
-  if (fresh) {
-    known.stamp = stamp_of(file);  // before it is read: what is written meanwhile counts as a change
-    known.hash = sha256_of_file(file);
-  }
-  return known.hash;
-}
-
-bool FileHashes::unchanged(const fs::path& file) const {
-  const auto known = known_.find(file);
-  return known != known_.end() && known->second.stamp && known->second.stamp == stamp_of(file);
-}
-
 }  // namespace gripline

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <map>
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
@@ -11,7 +10,7 @@
 #include "config/json_file.hpp"
 #include "race/run_files.hpp"
 #include "util/csv.hpp"
-#include "util/file_stamp.hpp"
+#include "util/file_hashes.hpp"
 #include "util/statistics.hpp"
 #include "util/whole_file.hpp"
 
@@ -79,18 +78,10 @@ std::vector<std::string> files_of_run(const fs::path& folder) {
   return names;
 }
 
-/// SHA-256 of a file; read again only when its size, time or place on the disk is another.
+/// SHA-256 of a file as it is; empty when it cannot be read.
 std::string hash_of(const fs::path& file) {
-  static std::map<fs::path, std::pair<FileStamp, std::string>> known;
-  const std::optional<FileStamp> now = stamp_of(file);
-  if (!now) return {};
-  const auto at = known.find(file);
-  if (at != known.end() && at->second.first == *now) return at->second.second;
-  try {
-    return (known[file] = {*now, sha256_of_file(file)}).second;
-  } catch (const InputError&) {
-    return {};
-  }
+  static FileHashes hashes;
+  return hashes.now(file);
 }
 
 /// As `sha256sum` writes it; empty when the file cannot be read.

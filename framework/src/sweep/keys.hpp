@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "config/node.hpp"
-#include "experiment/run_key.hpp"
 #include "plugin/registry.hpp"
 #include "sweep/kinds.hpp"
 #include "sweep/sweep.hpp"
+#include "util/file_hashes.hpp"
 
 namespace gripline::sweep {
 

@@ -7,7 +7,6 @@
 #include "calibrate/measured_kind/measured_experiment.hpp"
 #include "config/errors.hpp"
 #include "diagnose/scoring/diagnose_experiment.hpp"
-#include "experiment/experiment.hpp"
 #include "experiment/force_validation.hpp"
 #include "experiment/offline_validation.hpp"
 #include "experiment/race_columns.hpp"

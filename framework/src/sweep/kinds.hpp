@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "config/node.hpp"
-#include "experiment/run_key.hpp"
+#include "experiment/experiment.hpp"
 #include "plugin/registry.hpp"
 #include "sweep/store.hpp"
+#include "util/file_hashes.hpp"
 
 namespace gripline::sweep {
 
