@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "car/effect_order.hpp"
+
 namespace gripline::calibrate {
 
 Stage stage_of(const PluginSpec& effect, const PluginContext& context) {
@@ -11,19 +13,18 @@ Stage stage_of(const PluginSpec& effect, const PluginContext& context) {
 
 namespace {
 
-/// Where a further effect acts: before the first of its stage that belongs after it.
-std::size_t place_in_chain(const WorldSpec& world, const CandidateEffect& effect) {
+/// Where a further effect acts in a world: in its order, but behind effects that the world has twice, as these are
+/// named by their index.
+std::size_t place_in(const WorldSpec& world, const CandidateEffect& effect) {
   const auto& effects = world.vehicle.effects;
-  for (std::size_t i = 0; i < effects.size(); ++i) {
-    const bool twice = std::ranges::count(effects, effects[i].id(), &PluginSpec::id) > 1;
-    if (twice) return effects.size();  // such effects are named by their index
-  }
+  const auto is_twice = [&](const PluginSpec& one) {
+    return std::ranges::count(effects, one.id(), &PluginSpec::id) > 1;
+  };
+  if (std::ranges::any_of(effects, is_twice)) return effects.size();
   const PluginContext context = Trial::context_of(world);
-  for (std::size_t i = 0; i < effects.size(); ++i)
-    if (stage_of(effects[i], context) == effect.effect->stage() &&
-        effects[i].entry->decl->precedence > effect.entry->decl->precedence)
-      return i;
-  return effects.size();
+  std::vector<EffectOrder> chain;
+  for (const PluginSpec& one : effects) chain.push_back({stage_of(one, context), one.entry->decl->precedence});
+  return place_in_chain(order_of(*effect.effect, *effect.entry), chain);
 }
 
 }  // namespace
@@ -89,7 +90,7 @@ WorldSpec with_effect(WorldSpec world, const CandidateEffect& effect) {
   for (const double value : effect.numbers) spec.values.push_back({value, Table{}});
   spec.tables.resize(spec.values.size());
   auto& effects = world.vehicle.effects;
-  effects.insert(effects.begin() + static_cast<std::ptrdiff_t>(place_in_chain(world, effect)), std::move(spec));
+  effects.insert(effects.begin() + static_cast<std::ptrdiff_t>(place_in(world, effect)), std::move(spec));
   return world;
 }
 

@@ -42,9 +42,10 @@ Catalogue::Catalogue(const VehicleSpec& nominal, const Car& car, const Registry&
   PluginContext context;
   context.car = car;
   model_ = create<VehicleModel>(*nominal.model.entry, context, nominal.model.values);
-  for (const PluginSpec& one : nominal.effects)
-    own_.push_back(
-        {create<Effect>(*one.entry, context, one.values), one.numbers(), one.id(), one.entry->decl->precedence});
+  for (const PluginSpec& one : nominal.effects) {
+    own_.push_back({create<Effect>(*one.entry, context, one.values), one.numbers(), one.id()});
+    own_order_.push_back(order_of(*own_.back().effect, *one.entry));
+  }
   for (const PluginEntry& entry : registry.entries()) {
     if (!can_be_fitted(entry)) continue;
     Candidate c;
@@ -122,10 +123,7 @@ bool Catalogue::own_remembers(std::size_t candidate) const {
 
 std::size_t Catalogue::first_own_after(std::size_t candidate) const {
   const Candidate& c = candidates_[candidate];
-  const auto after = [&](const Own& own) {
-    return own.effect->stage() == c.effect->stage() && own.precedence > c.entry->decl->precedence;
-  };
-  return static_cast<std::size_t>(std::ranges::find_if(own_, after) - own_.begin());
+  return place_in_chain(order_of(*c.effect, *c.entry), own_order_);
 }
 
 std::vector<Catalogue::Link> Catalogue::chain(const ModelSpec& model) const {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "car/effect_order.hpp"
 #include "car/staged_car.hpp"
 #include "car/vehicle.hpp"
 #include "diagnose/model/pose_latency.hpp"
@@ -88,8 +89,8 @@ class Catalogue {
     bool own = false;
     std::size_t index = 0;  // among the own effects, as the world lists them, or among the members
   };
-  /// All effects of a model in the order in which they act within a stage: own ones as the world lists them, a member
-  /// before the first own one of its stage that has a higher precedence.
+  /// All effects of a model in the order in which they act within a stage: own ones as the world lists them, members
+  /// where they belong among these (car/effect_order.hpp).
   std::vector<Link> chain(const ModelSpec& model) const;
   /// Number of a member among the effects of a built car.
   std::size_t effect_number(const ModelSpec& model, std::size_t member) const;
@@ -118,9 +119,9 @@ class Catalogue {
     Instance<Effect> effect;
     std::vector<double> params;
     std::string id;
-    int precedence;
   };
   std::vector<Own> own_;
+  std::vector<EffectOrder> own_order_;
   PoseLatency pose_latency_;  // the first effect, while one of its parameters is a nuisance
   std::vector<Candidate> candidates_;
   std::vector<Nuisance> nuisances_;
