@@ -33,7 +33,7 @@ double shift_of_all(const Values& values, double centre) {
 
 }  // namespace
 
-std::optional<Slip> slip_of(const Session& s, double row_step) {
+std::optional<TimingSlip> timing_slip(const Session& s, double row_step) {
   if (!s.has[Channel::x] || !s.has[Channel::vx]) return std::nullopt;
   Values when, lost;
   double fastest = 0.0;
@@ -50,7 +50,7 @@ std::optional<Slip> slip_of(const Session& s, double row_step) {
   if (when.size() < 200) return std::nullopt;
   const double centre = median(lost), spread = median_deviation(lost, centre) / 0.6745;
   if (!(spread > 0.0)) return std::nullopt;
-  Slip best;
+  TimingSlip best;
   for (const double period : {0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0}) {
     const auto bins = static_cast<std::size_t>(std::round(period / row_step));
     if (bins < 4 || when.size() < 10 * bins) continue;
@@ -194,7 +194,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
   for (Finding& finding : doubts_about(file)) out.push_back(std::move(finding));
   const Session own = at_centre_of_gravity(file);
-  if (const auto slip = slip_of(own, file.row_step))
+  if (const auto slip = timing_slip(own, file.row_step))
     out.push_back({Level::bad, "position",
                    std::string(slip->travel < 0.0 ? "falls back by " : "jumps ahead by ") +
                        significant(1e3 * std::abs(slip->travel)) + " ms of travel once every " +

@@ -14,7 +14,7 @@ namespace test_session_health {
 using test::as_it_is;
 using test::wandering;
 
-TEST(Slip, APositionThatFallsBackOnceASecondIsSeen) {
+TEST(TimingSlip, APositionThatFallsBackOnceASecondIsSeen) {
   const auto late = [](double t) { return 0.008 * (t - std::floor(t)); };  // falls back 8 ms at every full second
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
@@ -23,11 +23,11 @@ TEST(Slip, APositionThatFallsBackOnceASecondIsSeen) {
     row[0] += ahead * std::cos(row[2]) + 0.004 * normal(random);
     row[1] += ahead * std::sin(row[2]) + 0.004 * normal(random);
   });
-  const auto slip = slip_of(s, 0.04);
+  const auto slip = timing_slip(s, 0.04);
   ASSERT_TRUE(slip);
   EXPECT_EQ(slip->period, 1.0);
   EXPECT_NEAR(slip->travel, -0.008, 0.002);
-  EXPECT_FALSE(slip_of(wandering(as_it_is), 0.04));
+  EXPECT_FALSE(timing_slip(wandering(as_it_is), 0.04));
 }
 
 TEST(Health, TellsRateGapsHeldChannelsAndJumps) {
