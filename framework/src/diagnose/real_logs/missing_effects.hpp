@@ -94,7 +94,7 @@ struct MissingEffects {
   std::vector<SessionChange> sessions;    // of what `change` is of, log by log
   Remainder remainder;
   std::vector<calibrate::FittedParameter> parameters;    // of the calibrated world with the effects named
-  std::vector<calibrate::FittedParameter> undetermined;  // as CalibratedWorld has them
+  std::vector<calibrate::FittedParameter> undetermined;  // as GivenAndCalibrated has them
   Node world;                                            // that world
   WorldSpec spec;                                        // its car, with parameters as given
   std::vector<double> params;                            // of a forecaster of that car, as found
