@@ -79,8 +79,8 @@ class TyreCurve {
 };
 
 /// Learns from every step what the nominal model misses, and what that says of friction. As an effect it corrects
-/// Stage::body, after the nominal model and its effects filled it: points.params is not to be read, since nobody fits
-/// an estimator. Authors derive from AutoDiffEffect<D, Estimator>.
+/// Stage::body, after the nominal model and its effects filled it: points.params is not to be read, since the
+/// parameters of an estimator are not fitted. Authors derive from AutoDiffEffect<D, Estimator>.
 class Estimator : public Effect, public TyreCurve {
  public:
   Stage stage() const noexcept override { return Stage::body; }

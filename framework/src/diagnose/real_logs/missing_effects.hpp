@@ -78,8 +78,8 @@ struct MissingEffects {
   /// (all channels): its own is about 1. `noise`: what sensors alone would leave, 0 where that is not known.
   double given = 0, calibrated = 0, found = 0, noise = 0;
   double validation = 0;  // of the calibrated world on validation time, which `ranking` is by
-  /// The quantity whose error 1 s ahead is largest over its own sensors' noise, and how many times that is: a channel
-  /// that is wrong drowns in the sum of all.
+  /// The quantity whose error 1 s ahead is largest over its own sensors' noise, and how many times that is: in the sum
+  /// of all quantities one wrong channel hardly shows.
   struct OverNoise {
     std::string quantity;
     double times = 0;
