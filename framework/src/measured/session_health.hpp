@@ -15,8 +15,8 @@ struct TimingSlip {
   double travel = 0;  // time of travel lost there; negative: the position falls back [s]
   double score = 0;   // in standard deviations of its mean
 };
-/// The strongest slip with a period of 0.1 to 10 s; nothing below 8 standard deviations or 1 ms, or where x or vx was not
-/// read. `row_step`: usual time between rows [s].
+/// The strongest slip with a period of 0.1 to 10 s; nothing below 8 standard deviations or 1 ms, or where x or vx was
+/// not read. `row_step`: usual time between rows [s].
 std::optional<TimingSlip> timing_slip(const Session& session, double row_step);
 
 /// Commands that stay where they are: what they do to the car cannot be learned from this log.
