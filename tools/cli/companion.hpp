@@ -1,5 +1,5 @@
-// Programs that come with gripline and are run by its commands: apart from it because they replace malloc
-// or need a library that the other commands do not.
+// Programs that come with gripline and are run by its commands: apart from it because they replace malloc or need a
+// library that the other commands do not.
 #pragma once
 
 #include "cli/program.hpp"

@@ -148,7 +148,7 @@ void require_writable(const std::string& option, const std::filesystem::path& fi
   }
   const bool there = std::filesystem::exists(file, failed);
   const int handle = open(file.c_str(), O_WRONLY | O_CREAT | O_NONBLOCK, 0644);
-  // ENXIO: a pipe that nobody reads from yet can be written later.
+  // ENXIO: a pipe without a reader yet can be written later.
   if (handle < 0 && errno != ENXIO) refuse(std::string("cannot be written: ") + std::strerror(errno));
   if (handle >= 0) close(handle);
   if (!there) std::filesystem::remove(std::filesystem::canonical(file, failed), failed);

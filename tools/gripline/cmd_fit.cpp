@@ -15,7 +15,6 @@
 #include "gripline/command.hpp"
 #include "gripline/log_options.hpp"
 #include "measured/centre_of_gravity.hpp"
-#include "measured/session_health.hpp"
 #include "measured/steady_turning.hpp"
 #include "util/numbers.hpp"
 #include "util/progress.hpp"

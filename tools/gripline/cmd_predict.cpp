@@ -1,5 +1,5 @@
-// gripline predict WORLD.json LOG.csv: what a world's model says that a log's own
-// columns will show, in the log's clock, frames and delays, and how far off that is.
+// gripline predict WORLD.json LOG.csv: what a world's model says that a log's own columns will show, in the log's
+// clock, frames and delays, and how far off that is.
 #include <algorithm>
 #include <charconv>
 #include <cmath>

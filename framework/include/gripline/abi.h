@@ -1,7 +1,7 @@
 /// \file
 /// The manifest of a plugin library: constant data behind one symbol whose name carries the ABI number, so that a host
-/// can refuse another ABI by reading the file, before any of its code is loaded. What must agree beside the number is in
-/// abi_layout.hpp. It is C++20 as all of the SDK; the suffix stays because plugins may include it by name.
+/// can refuse another ABI by reading the file, before any of its code is loaded. What must agree beside the number is
+/// in abi_layout.hpp. It is C++20 as all of the SDK; the suffix stays because plugins may include it by name.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 /// \file
 /// What must agree between a host and a plugin beside the ABI number: where every member lies, what it is, and in which
 /// order virtual functions stand. A plugin carries both as constants, and the host refuses it when they differ from its
-/// own; so an edit of what crosses is noticed even when nobody raised the number.
+/// own; so an edit of what crosses is noticed even when the number was not raised.
 ///
 /// - layout_hash() covers every struct and enumeration that can be reached from the manifest and the interfaces: names,
 ///   offsets and types of members, and the signatures of virtual functions.

@@ -2,8 +2,8 @@
 /// Dual<N>: a value and its derivatives along N directions (forward-mode differentiation).
 ///
 /// A formula written once for any scalar T gives values with T = double and exact directional derivatives with
-/// T = Dual<N>. Dual8 is the width that crosses plugin boundaries: callers that need more directions
-/// call again with the next eight. Layout: N + 1 doubles, value first; nothing is allocated.
+/// T = Dual<N>. Dual8 is the width that crosses plugin boundaries: callers that need more directions call again with
+/// the next eight. Layout: N + 1 doubles, value first; nothing is allocated.
 ///
 /// Kinks: abs, min, max and comparisons act on the value and take the derivative of the branch chosen; at a tie the
 /// first argument (for abs: the positive branch) wins. atan2(0, 0) has derivative 0; so have sqrt, hypot and powers

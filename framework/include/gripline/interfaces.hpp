@@ -26,8 +26,8 @@ namespace gripline {
 class VehicleModel {
  public:
   virtual ~VehicleModel() = default;
-  /// Bits of the stages this model has (stage_bit), always the
-  /// same. An effect of another stage is refused with that reason.
+  /// Bits of the stages this model has (stage_bit), always the same. An effect of another stage is refused with that
+  /// reason.
   virtual unsigned stages() const noexcept = 0;
   /// Fills the quantities of the stages first .. last of all n points, each stage from the quantities before it; the
   /// host has set the state, d, delta and delta_rate; quantities of stages that the model lacks are zero. Each stage
@@ -79,8 +79,8 @@ class TyreCurve {
 };
 
 /// Learns from every step what the nominal model misses, and what that says of friction. As an effect it corrects
-/// Stage::body, after the nominal model and its effects filled it: points.params is not to be read, since nobody fits
-/// an estimator. Authors derive from AutoDiffEffect<D, Estimator>.
+/// Stage::body, after the nominal model and its effects filled it: points.params is not to be read, since the
+/// parameters of an estimator are not fitted. Authors derive from AutoDiffEffect<D, Estimator>.
 class Estimator : public Effect, public TyreCurve {
  public:
   Stage stage() const noexcept override { return Stage::body; }
@@ -148,10 +148,10 @@ class Course {
   /// Nearest point of the centre line to a position [m]; near station `hint_s` [m] when that is not NaN, else anywhere.
   /// The result's n is the position's offset, its x and y are on the centre line.
   virtual CoursePoint locate(double x, double y, double hint_s) const = 0;
-  /// Fills `line` with the minimum-curvature line (eq. (1) of the paper) as line.size() samples equally
-  /// spaced along it, closed (the first sample is not repeated). Takes seconds and allocates: for constructors. Throws
-  /// what derives from std::exception when there is no such line, as on a road narrower than the car with its margins;
-  /// a constructor may let it through, which then is the plugin's refusal.
+  /// Fills `line` with the minimum-curvature line (eq. (1) of the paper) as line.size() samples equally spaced along
+  /// it, closed (the first sample is not repeated). Takes seconds and allocates: for constructors. Throws what derives
+  /// from std::exception when there is no such line, as on a road narrower than the car with its margins; a constructor
+  /// may let it through, which then is the plugin's refusal.
   virtual void minimum_curvature(const LineOptions& options, std::span<LinePoint> line) const = 0;
 };
 

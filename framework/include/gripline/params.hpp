@@ -77,8 +77,8 @@ constexpr abi::ParamDecl declare(const char* name, const V& fallback, const char
 /// \endcond
 
 /// Declares a parameter: its JSON key, where it lives, its unit ("1" when pure), the values it may take, one sentence.
-/// The member's type says what it is: a number, a whole number (int), a
-/// switch (bool) or a table (Table). The default is the member's initializer.
+/// The member's type says what it is: a number, a whole number (int), a switch (bool) or a table (Table). The default
+/// is the member's initializer.
 template <class P, class V>
 constexpr Param<P, V> param(const char* name, V P::*member, const char* unit, Range range, const char* doc) {
   return {member, {detail::declare(name, P{}.*member, unit, range, doc)}};

@@ -79,8 +79,8 @@ namespace gripline {
 struct Description {
   abi::PluginDecl decl;  ///< what the manifest will say
 
-  /// Estimators, planners and controllers: PluginContext::truth
-  /// is given, and the plugin is marked * wherever it is shown.
+  /// Estimators, planners and controllers: PluginContext::truth is given, and the plugin is marked * wherever it is
+  /// shown.
   constexpr Description needs_truth() const {
     Description copy = *this;
     copy.decl.flags |= abi::needs_truth;

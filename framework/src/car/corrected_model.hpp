@@ -50,9 +50,9 @@ class CorrectedModel final : public Prediction {
   void reset(const State& x, double d, const Place& at);
   /// One step from an observed state: returns the state predicted after it, and advances memory and past commands.
   State advance(const State& x, const Input& u, const Place& at);
-  /// advance() in at least the given number of substeps, doubled (up to 256 times) until the error of the
-  /// step, estimated by comparison with twice as many, is within the bound. At low speed the tyres' equations
-  /// are stiff: a Runge-Kutta step of 20 ms is then unstable although its result still looks plausible.
+  /// advance() in at least the given number of substeps, doubled (up to 256 times) until the error of the step,
+  /// estimated by comparison with twice as many, is within the bound. At low speed the tyres' equations are stiff: a
+  /// Runge-Kutta step of 20 ms is then unstable although its result still looks plausible.
   State advance_within(const StepBound& bound, const State& x, const Input& u, const Place& at);
   /// The working quantities at the start of a step from x under u: forces, slips, acting commands. The memory stays.
   Quantities<double> quantities(const State& x, const Input& u, const Place& at);

@@ -40,8 +40,8 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
 /// Owns the instances behind a StagedCar.
 class Vehicle {
  public:
-  /// The spec must outlive the vehicle. `first`, which may be null, is an effect with one
-  /// parameter, initially 1; it acts before the vehicle's own effects if the model has its stage.
+  /// The spec must outlive the vehicle. `first`, which may be null, is an effect with one parameter, initially 1; it
+  /// acts before the vehicle's own effects if the model has its stage.
   Vehicle(const VehicleSpec& spec, const PluginContext& context, const Effect* first = nullptr);
   const StagedCar& car() const { return car_; }
   /// The car without those of its effects that have memory.

@@ -27,8 +27,7 @@ struct JsonLimits {
 };
 inline constexpr JsonLimits json_limits;
 
-/// The text alone: "extends" is an ordinary key here. `name`
-/// is shown in messages, relative paths start from `folder`.
+/// The text alone: "extends" is an ordinary key here. `name` is shown in messages, relative paths start from `folder`.
 [[nodiscard]] Node parse_text(std::string_view text, std::string name = "text", std::filesystem::path folder = {});
 
 /// A file alone. Also refused: a missing file (with the nearest name in its folder), a folder,

@@ -21,8 +21,8 @@ std::string no_lap_to_judge(const std::string& rows);
 
 /// Races those of the rows that have an estimator and compares, over the first full lap after a stack trusts what it
 /// learned, its predictions of e_vx, e_vy, e_omega and of both axle forces, each before it learns from the step.
-/// Writes the files of a validation and the runs into OUT. Throws
-/// std::runtime_error, after all rows, when none had such a lap.
+/// Writes the files of a validation and the runs into OUT. Throws std::runtime_error, after all rows, when none had
+/// such a lap.
 ForceScores validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
                             const std::filesystem::path& out, const ProgressCallback& progress = {});
 

@@ -1,5 +1,5 @@
-// Perturbed races: every seed draws its own start pose, start speed and, if asked
-// for, pace, the same for all stacks, so that rows are compared on the same draws.
+// Perturbed races: every seed draws its own start pose, start speed and, if asked for, pace, the same for all stacks,
+// so that rows are compared on the same draws.
 #pragma once
 
 #include <cstdint>

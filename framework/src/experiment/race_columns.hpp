@@ -14,8 +14,8 @@
 
 namespace gripline {
 
-/// How a row of table.csv sums up a column over its runs. `total` adds and counts
-/// equal runs once; `cost` adds and counts a run as often as it was driven.
+/// How a row of table.csv sums up a column over its runs. `total` adds and counts equal runs once; `cost` adds and
+/// counts a run as often as it was driven.
 enum class RowSum { median, total, cost, largest };
 
 struct RaceColumn {

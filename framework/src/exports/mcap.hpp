@@ -1,5 +1,5 @@
-// An MCAP file (https://mcap.dev/spec) of JSON messages: the subset
-// without chunks, index and checksums, which every reader understands.
+// An MCAP file (https://mcap.dev/spec) of JSON messages: the subset without chunks, index and checksums, which every
+// reader understands.
 #pragma once
 
 #include <cstdint>

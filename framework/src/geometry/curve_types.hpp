@@ -5,8 +5,8 @@
 
 namespace gripline {
 
-/// A point of a line: station s [m], place [m], heading of the
-/// tangent [rad] in (-pi, pi], curvature [1/m] left positive.
+/// A point of a line: station s [m], place [m], heading of the tangent [rad] in (-pi, pi], curvature [1/m] left
+/// positive.
 struct CurvePoint {
   double s = 0.0;
   double x = 0.0;

@@ -33,8 +33,8 @@ class CyclicPentadiagonalFactor {
 };
 
 /// Minimises x' H x / 2 + gradient' x over lower <= x <= upper (lower < upper) by Mehrotra's primal-dual interior point
-/// method. Returns x strictly inside the bounds; stops at
-/// complementarity `tolerance` relative to the problem's own scale.
+/// method. Returns x strictly inside the bounds; stops at complementarity `tolerance` relative to the problem's own
+/// scale.
 std::vector<double> solve_cyclic_box_qp(const CyclicPentadiagonal& hessian, std::span<const double> gradient,
                                         std::span<const double> lower, std::span<const double> upper,
                                         double tolerance = 1e-10);

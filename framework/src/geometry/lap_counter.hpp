@@ -24,8 +24,8 @@ class LapCounter {
   int laps() const { return laps_; }
   /// Distance covered along the centre line since the start [m]; falls when the car goes backwards.
   double covered() const { return covered_; }
-  /// Where the car was at the last call, relative to the stretch of
-  /// road it is driving: what offsets and violations are measured by.
+  /// Where the car was at the last call, relative to the stretch of road it is driving: what offsets and violations are
+  /// measured by.
   const CurveLocation& place() const { return place_; }
 
  private:

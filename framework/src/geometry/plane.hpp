@@ -1,5 +1,5 @@
-// Points, poses and angles in the ground plane. Metres and
-// radians, ISO axes (x forward, y left, yaw counter-clockwise).
+// Points, poses and angles in the ground plane. Metres and radians, ISO axes (x forward, y left, yaw
+// counter-clockwise).
 #pragma once
 
 #include <cmath>

@@ -11,8 +11,8 @@ namespace gripline {
 /// From each point of a closed line to the next, and from the last to the first [m].
 std::vector<double> chord_lengths(std::span<const PlanePoint> points);
 
-/// Lap fraction (framework/doc/axes-and-signs.md): s is the chord length accumulated in file order, L
-/// the total with the closing chord, f = s(nearest point) / L.
+/// Lap fraction (framework/doc/axes-and-signs.md): s is the chord length accumulated in file order, L the total with
+/// the closing chord, f = s(nearest point) / L.
 class ClosedPolyline {
  public:
   /// At least three points; a last point equal to the first is dropped.

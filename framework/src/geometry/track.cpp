@@ -324,8 +324,8 @@ void check_units(const TrackShape& shape) {
                length, narrow));
 }
 
-/// The road must come back to its height: the integral of
-/// tan(grade) over a lap is zero, up to a hundredth of the climb.
+/// The road must come back to its height: the integral of tan(grade) over a lap is zero, up to a hundredth of the
+/// climb.
 void check_height(const TrackShape& shape) {
   if (shape.grade.constant() && shape.grade.minimum() == 0.0) return;
   const double length = shape.centre.length();

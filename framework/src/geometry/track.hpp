@@ -36,8 +36,8 @@ struct Crossing {
   double height = 0.0;      ///< of the second above the first, by the grade [m]
 };
 
-/// Immutable after construction. All queries are const, allocate
-/// nothing and may be called from several threads at once.
+/// Immutable after construction. All queries are const, allocate nothing and may be called from several threads at
+/// once.
 class Track {
  public:
   /// Throws GeometryError if the road crosses or overlaps itself, has no width, bends more sharply than it is wide, or
@@ -98,8 +98,8 @@ class Track {
   Pose start_;
 };
 
-/// One line saying why `start` cannot be used (off the road, or
-/// facing against the direction of travel); empty if it can.
+/// One line saying why `start` cannot be used (off the road, or facing against the direction of travel); empty if it
+/// can.
 std::string check_start(const Track& track, const Pose& start);
 
 /// One line saying that a car of this width [m] does not fit on the road; empty if it does.

@@ -41,7 +41,4 @@ struct DelimitedTable {
 /// Throws InputError: no such file, not a text, no row of numbers, no header.
 DelimitedTable read_delimited(const std::filesystem::path& file);
 
-/// A number as people write it: "1.5", "1,5" with `decimal_comma`, "true", "1:02.5". NaN when it is none.
-double read_cell(std::string_view cell, bool decimal_comma);
-
 }  // namespace gripline::measured

@@ -11,7 +11,7 @@ namespace gripline::measured {
 
 /// By row; NaN where there is none.
 struct EarthPlaces {
-  std::vector<double> latitude, longitude;  // [rad], or in a unit that nobody said
+  std::vector<double> latitude, longitude;  // [rad]; in an unknown unit where the flag below is false
   bool latitude_unit_is_known = false, longitude_unit_is_known = false;
   std::span<const double> t = {};  // times of the rows [s]; empty: what stands before the first fix is not looked for
 };

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "measured/centre_of_gravity.hpp"
-#include "measured/session_health.hpp"
+#include "measured/session_delays.hpp"
 #include "util/numbers.hpp"
 #include "util/whole_file.hpp"
 

@@ -32,8 +32,8 @@ LogFile on_even_grid(const Session& session, double v_ref);
 
 /// Whether two logs hold the same readings and commands, whatever their names.
 bool same_content(const LogFile& a, const LogFile& b);
-/// Logs without those that repeat an earlier one; its health says
-/// so. The same noise counted twice would look like evidence.
+/// Logs without those that repeat an earlier one; its health says so. The same noise counted twice would look like
+/// evidence.
 std::vector<LogFile> each_once(std::span<const LogFile> logs);
 /// Throws InputError when a held-out log is one of those that are fitted.
 void check_held_out(std::span<const LogFile> logs, std::span<const LogFile> held_out);

@@ -27,20 +27,21 @@ double quantile_of_size(const Values& values, double q) {
   return lower_quantile(std::move(sizes), q, 0.0);
 }
 
+/// Channel by channel: a column by its name, its unit by header, name and size, its sign by the channels before it.
 class Guesser {
  public:
   explicit Guesser(const DelimitedTable& table) : table_(table) {}
 
   Guess run() {
-    time();
-    for (const char* name : {"x", "y"}) simple(name, "m");
-    if (!found("x") || !found("y")) degrees();
-    yaw();
-    for (const char* name : {"vx", "vy"}) simple(name, "m/s");
-    speed_unit();
-    yaw_rate();
-    pedals();
-    steering();
+    guess_time();
+    for (const char* name : {"x", "y"}) guess_column(name, "m");
+    if (!found("x") || !found("y")) guess_earth_places();
+    guess_yaw();
+    for (const char* name : {"vx", "vy"}) guess_column(name, "m/s");
+    check_speed_unit();
+    guess_yaw_rate();
+    guess_throttle();
+    guess_steering();
     name_what_is_missing();
     Node map = Node::empty_object();
     map.set("note", Node("A first guess from names, units and numbers. Read every line; units and signs are checked "
@@ -145,7 +146,7 @@ class Guesser {
     return node;
   }
 
-  void time() {
+  void guess_time() {
     const int c = column("time");
     if (c < 0) return;
     std::string unit = unit_of(c, "s");
@@ -170,11 +171,12 @@ class Guesser {
     time_ = channel("column", name(c), unit, false);
   }
 
-  void simple(const char* which, const char* unit) {
+  /// A channel whose column needs no look at its numbers.
+  void guess_column(const char* which, const char* unit) {
     if (const int c = column(which); c >= 0) channels_.set(which, channel("column", name(c), unit_of(c, unit)));
   }
 
-  void degrees() {
+  void guess_earth_places() {
     const int lat = column("latitude"), lon = column("longitude");
     if (lat < 0 || lon < 0) return;
     channels_.set("latitude", channel("column", name(lat), "deg"));
@@ -219,13 +221,14 @@ class Guesser {
     double sine = 0, cosine = 0, mirrored_sine = 0, mirrored_cosine = 0, rows = 0;
     /// How steady the better of both is: the length of its sum.
     double agreement() const { return std::max(std::hypot(sine, cosine), std::hypot(mirrored_sine, mirrored_cosine)); }
+    bool counts_clockwise() const { return std::hypot(mirrored_sine, mirrored_cosine) > std::hypot(sine, cosine); }
   };
   AgainstPath against_path(int c, double factor) const {
     AgainstPath sum;
     const PlaceColumns place = place_columns();
     double dx = 0, dy = 0;
-    for (std::size_t i = 0; i + lag < table_.rows(); i += lag)
-      if (way(place, i, i + lag, dx, dy) && std::isfinite(values(c)[i])) {
+    for (std::size_t i = 0; i + window < table_.rows(); i += window)
+      if (way(place, i, i + window, dx, dy) && std::isfinite(values(c)[i])) {
         const double a = factor * values(c)[i], path = std::atan2(dy, dx);
         sum.sine += std::sin(path - a), sum.cosine += std::cos(path - a);
         sum.mirrored_sine += std::sin(path + a), sum.mirrored_cosine += std::cos(path + a), sum.rows += 1;
@@ -241,16 +244,17 @@ class Guesser {
   }
 
   /// Heading against the path: which of yaw, compass, degrees or radians is it?
-  void yaw() {
+  void guess_yaw() {
     const int c = column("yaw");
     if (c < 0) return;
     const bool deg = is_in_degrees(c);
     const std::string angle = deg ? "rad(" + quoted(c) + ")" : quoted(c);
-    const auto [s, co, ms, mc, n] = against_path(c, deg ? pi / 180 : 1.0);
+    const AgainstPath path = against_path(c, deg ? pi / 180 : 1.0);
     std::string formula = angle;
-    if (n > 20) {
-      const bool compass = std::hypot(ms, mc) > std::hypot(s, co);
-      const double offset = compass ? std::atan2(ms, mc) : std::atan2(s, co);
+    if (path.rows > 20) {
+      const bool compass = path.counts_clockwise();
+      const double offset =
+          compass ? std::atan2(path.mirrored_sine, path.mirrored_cosine) : std::atan2(path.sine, path.cosine);
       const double quarter = std::round(offset / (pi / 2)) * (pi / 2);
       const std::string add = quarter == 0 ? "" : std::abs(quarter) > 3 ? "pi" : quarter > 0 ? "pi/2" : "-pi/2";
       if (compass)
@@ -259,7 +263,7 @@ class Guesser {
         formula = angle + " + " + add;
       if (formula != angle)
         remarks_.push_back("yaw: " + name(c) + (compass ? " counts clockwise" : " is turned") + " against the path");
-      if (std::hypot(compass ? ms : s, compass ? mc : co) < 0.8 * n)
+      if (path.agreement() < 0.8 * path.rows)
         remarks_.push_back("yaw: " + name(c) + " follows the path badly; is it the heading?");
     }
     channels_.set("yaw", formula == quoted(c) && !deg ? channel("column", name(c), "rad")
@@ -278,7 +282,7 @@ class Guesser {
     double dx = 0, dy = 0;
     std::size_t from = table_.rows();
     for (std::size_t i = 1; i < table_.rows(); ++i) {
-      if (!is_new(place, i) || (from < i && i - from < lag)) continue;
+      if (!is_new(place, i) || (from < i && i - from < window)) continue;
       if (from < i && way(place, from, i, dx, dy) && std::abs(values(c)[from]) > enough && t[i] > t[from])
         ratios.push_back(values(c)[from] / (std::hypot(dx, dy) / (second * (t[i] - t[from]))));
       from = i;
@@ -287,7 +291,7 @@ class Guesser {
   }
 
   /// A speed without a unit, against the path.
-  void speed_unit() {
+  void check_speed_unit() {
     const int c = column("vx");
     if (c < 0 || column("time") < 0 || !table_.unit[static_cast<std::size_t>(c)].empty()) return;
     constexpr std::size_t few = 20;
@@ -314,7 +318,7 @@ class Guesser {
       remarks_.push_back(found + "; its unit is not told by that");
   }
 
-  void yaw_rate() {
+  void guess_yaw_rate() {
     const int c = column("yaw_rate");
     if (c < 0) return;
     std::string unit = unit_of(c, "rad/s");
@@ -341,7 +345,7 @@ class Guesser {
   }
 
   /// What makes a pedal's column run from 0 to 1.
-  std::string share(int c) {
+  std::string pedal_share(int c) {
     const double most = quantile_of_size(values(c), 1.0);
     const bool pressure = !header_unit(table_.unit[static_cast<std::size_t>(c)], "N/m2").empty();
     if (!pressure && most <= 1.2) return quoted(c);
@@ -350,13 +354,14 @@ class Guesser {
     return quoted(c) + " / " + significant(most, 5);
   }
 
-  void pedals() {
+  /// Throttle and brake as one channel, d.
+  void guess_throttle() {
     const int d = column("d"), throttle = column("throttle"), brake = column("brake"), enable = column("enable");
     std::string formula;
     if (d >= 0)
-      formula = share(d);
+      formula = pedal_share(d);
     else if (throttle >= 0)
-      formula = share(throttle) + (brake >= 0 ? " - " + share(brake) : "");
+      formula = pedal_share(throttle) + (brake >= 0 ? " - " + pedal_share(brake) : "");
     if (formula.empty()) {
       remarks_.push_back("d: no throttle found: vx will be taken from the log and the lateral motion judged");
       return;
@@ -372,7 +377,7 @@ class Guesser {
     node.set("kind", Node("command"));
     if (is_repeated(d >= 0 ? d : throttle)) node.set("hold", Node("held"));
     channels_.set("d", std::move(node));
-    if (d < 0 && brake < 0) name_brake(share(throttle));
+    if (d < 0 && brake < 0) name_brake(pedal_share(throttle));
   }
 
   /// A brake by a name that no list has: in a map without it, the car would brake unasked.
@@ -441,7 +446,7 @@ class Guesser {
     return called.find("delta") != std::string::npos || called.find("road") != std::string::npos;
   }
 
-  void steering() {
+  void guess_steering() {
     const int angle = column("delta"), c = angle < 0 ? column("steering_wheel") : angle;
     if (c < 0) return;
     std::string unit = unit_of(c, "rad");
@@ -491,7 +496,7 @@ class Guesser {
     return (sxy - sx * sy / n) / std::sqrt((sxx - sx * sx / n) * (syy - sy * sy / n)) < -0.3;
   }
 
-  static constexpr std::size_t lag = 10;  // rows
+  static constexpr std::size_t window = 10;  // rows over which headings and speeds are compared with the path
   const DelimitedTable& table_;
   int lat_ = -1, lon_ = -1;
   Node time_, channels_{Node::Object{}};

@@ -13,12 +13,14 @@ class ReadingPace {
   ReadingPace(double every, double begin) : every_(every), last_(begin) {}
   /// To be called at each change [s], in their order.
   void change(double time) {
-    // How long before the log the first change follows another one, nobody knows.
+    // The change before the first one lies before the log, at a time that is not known: the first counts as read.
     ++(any_ && time - last_ < 0.75 * every_ ? sooner_ : as_read_);
     any_ = true;
     last_ = time;
   }
+  /// Whether at least half of the changes so far came no sooner than three quarters of `every` after another.
   bool kept() const { return sooner_ <= as_read_; }
+  /// Time of the last change; `begin` before the first [s].
   double last() const { return last_; }
 
  private:

@@ -107,13 +107,13 @@ Rollouts roll_out(const StagedCar& car, const Trace& trace, const Road& road, co
   return out;
 }
 
-double rms(const Rollouts& rollouts, const Channels& sigma, double clip) {
+double rms(const Rollouts& rollouts, const Channels& sigma) {
   double sum = 0.0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < rollouts.error.size(); ++i) {
     if (std::isnan(rollouts.error[i]) && std::isfinite(rollouts.predicted[i])) continue;  // no reading
     double ratio = std::abs(rollouts.error[i]) / sigma[i % channels];
-    if (!(ratio < clip)) ratio = clip;
+    if (!(ratio < most_deviation)) ratio = most_deviation;
     sum += ratio * ratio;
     ++count;
   }

@@ -9,10 +9,11 @@ struct RolloutOptions {
   double horizon = 1.0;    // [s]
   std::size_t first = 50;  // sample of the first start
   std::size_t every = 50;  // samples between starts
-  int substeps = 2;
-  /// Limit of one deviation in standard deviations: a spun car counts, but not without bound.
-  double clip = 1000.0;
+  int substeps = 2;        // of integration, per sample
 };
+
+/// One deviation counts as at most so many standard deviations: a spun car counts, but not without bound.
+inline constexpr double most_deviation = 1000.0;
 
 /// Errors of every start at every sample: prediction minus reading, starts x samples x 6; NaN where nothing was read.
 struct Rollouts {
@@ -30,7 +31,7 @@ Rollouts roll_out(const StagedCar& car, const Trace& trace, const Road& road, co
 std::vector<double> states_of_readings(const StagedCar& car, const std::vector<double>& readings,
                                        const std::vector<Place>& at);
 
-/// Root mean square of all errors over standard deviations, over all samples of all starts.
-double rms(const Rollouts& rollouts, const Channels& sigma, double clip = 1000.0);
+/// Root mean square of all errors over standard deviations, over all samples of all starts; 0 without any.
+double rms(const Rollouts& rollouts, const Channels& sigma);
 
 }  // namespace gripline::measured

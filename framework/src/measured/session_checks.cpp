@@ -118,8 +118,8 @@ double yaw_over_path(const std::vector<SessionWindow>& windows) {
       turns, [](const Turn& t) { return t.yaw; }, [](const Turn& t) { return t.path; }, fewest);
 }
 
-/// The speed over that of the path where it is surely another, so in every eighth of the log that tells it; NaN elsewhere.
-/// Windows in which a car turns far do not count: their ends lie nearer than the way between them.
+/// The speed over that of the path where it is surely another, so in every eighth of the log that tells it; NaN
+/// elsewhere. Windows in which a car turns far do not count: their ends lie nearer than the way between them.
 double speed_surely_off(const std::vector<SessionWindow>& windows) {
   constexpr double off = 0.08, surely = 0.05;
   constexpr double farthest = 0.5;  // [rad]

@@ -1,4 +1,4 @@
-// How a car answers its steering in gentle corners, read off its logs: no model of a car has a say in it.
+// How a car answers its steering in gentle corners, read off its logs without a model of the car.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// How far off the yaw-rate channel of logs is, by their own yaw: no model of a car has a say in it.
+// How far off the yaw-rate channel of logs is, by their own yaw, without a model of the car.
 #pragma once
 
 #include <optional>

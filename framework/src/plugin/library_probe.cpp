@@ -62,8 +62,8 @@ std::string opened_problem(const fs::path& library) {
                              : manifest_problem(*manifest);
 }
 
-/// Whether virtual functions are in the same slots. Compared as
-/// bytes, because == of pointers to virtual functions is unspecified.
+/// Whether virtual functions are in the same slots. Compared as bytes, because == of pointers to virtual functions is
+/// unspecified.
 bool same_slots(const abi::detail::Chain<>&, const abi::detail::Chain<>&) { return true; }
 template <class T, class... Rest>
 bool same_slots(const abi::detail::Chain<T, Rest...>& a, const abi::detail::Chain<T, Rest...>& b) {

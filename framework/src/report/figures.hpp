@@ -17,8 +17,8 @@ struct FigureFile {
 /// step_times (all seeds), pareto (all seeds). What the logs do not hold is left out.
 std::vector<FigureFile> race_figures(const Inputs& inputs);
 
-/// Figures of a validation: offline_validation (over time), force_validation (over
-/// slip). Of a diagnosis: diagnosis_gap, diagnosis_residual, diagnosis_traces.
+/// Figures of a validation: offline_validation (over time), force_validation (over slip). Of a diagnosis:
+/// diagnosis_gap, diagnosis_residual, diagnosis_traces.
 std::vector<FigureFile> model_figures(const Inputs& inputs);
 
 }  // namespace gripline::report

@@ -34,8 +34,8 @@ struct ListPlace {
   int line = 0, column = 0;
 };
 
-/// Numbered settings, each computed from its number alone, so that
-/// memory does not grow with their count (except for a list).
+/// Numbered settings, each computed from its number alone, so that memory does not grow with their count (except for a
+/// list).
 class Design {
  public:
   enum class Kind { factorial, latin, list };

@@ -28,8 +28,8 @@ using SendMessage = std::function<void(std::string_view)>;
 /// failure. Throws std::runtime_error when no process can be started.
 ChildResult run_in_child(double timeout_s, const std::function<void(const SendMessage&)>& work);
 
-/// Set to true, run_in_child() runs `work` in this process: for
-/// fuzzers, which call it a million times with code that they trust.
+/// Set to true, run_in_child() runs `work` in this process: for fuzzers, which call it a million times with code that
+/// they trust.
 inline bool& run_children_here() {
   static bool here = false;
   return here;

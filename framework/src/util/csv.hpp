@@ -24,8 +24,9 @@ struct CsvTable {
   std::vector<double> column(std::string_view name) const;
 };
 
-/// Reads a comma-separated file: one header line (a leading '#' is allowed, and so are remarks behind '#' before it where
-/// they have another number of cells), then numbers. CRLF, a trailing newline and a UTF-8 byte order mark are fine. Empty cells and "nan" are refused unless `allow_missing`, which reads them as NaN.
+/// Reads a comma-separated file: one header line (a leading '#' is allowed, and so are remarks behind '#' before it
+/// where they have another number of cells), then numbers. CRLF, a trailing newline and a UTF-8 byte order mark are
+/// fine. Empty cells and "nan" are refused unless `allow_missing`, which reads them as NaN.
 /// Throws InputError with file, line and column: wrong separators, decimal commas, text, rows of another length.
 CsvTable read_csv(const std::filesystem::path& file, bool allow_missing = false);
 

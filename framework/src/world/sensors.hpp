@@ -31,8 +31,8 @@ struct SensorSpec {
   bool perfect() const;
 };
 
-/// {"sigma": {"x": "2 cm", ...}, "bias": {...}, "rate": {"x": "10 Hz"}, "delay": {...}}; times between
-/// readings must be whole control steps.
+/// {"sigma": {"x": "2 cm", ...}, "bias": {...}, "rate": {"x": "10 Hz"}, "delay": {...}}; times between readings must be
+/// whole control steps.
 SensorSpec read_sensors(const Node& node, double dt, Errors& errors);
 
 class Sensors {

@@ -7,11 +7,11 @@
 // with Ff, Fr the learned curves times the axle loads of the nominal model's load stage (1 unless an effect there says
 // more) and the grip of the place, less what drive and brakes leave of the friction ellipse, `gain` what the drive
 // force Fd of the nominal model lacks of itself and `arm` that at which it turns the car, 0 under brakes (the paper:
-// both 0). The paper adds f_dyn - f_ekin to f_ekin; the last two
-// rows are that sum. Its slope terms stand here with g for m and with the road's signs (grade and bank are added by the
-// framework). If the nominal model has tyres itself, its own part of vx' is removed first. Below v_min the correction
-// fades, the bank's pull with it: at rest the model is the nominal one. The grade is the nominal model's at any speed.
-// All was learned driving forward; backwards resistance and side forces oppose the motion as they do forwards.
+// both 0). The paper adds f_dyn - f_ekin to f_ekin; the last two rows are that sum. Its slope terms stand here with g
+// for m and with the road's signs (grade and bank are added by the framework). If the nominal model has tyres itself,
+// its own part of vx' is removed first. Below v_min the correction fades, the bank's pull with it: at rest the model is
+// the nominal one. The grade is the nominal model's at any speed. All was learned driving forward; backwards resistance
+// and side forces oppose the motion as they do forwards.
 #pragma once
 
 #include <cmath>

@@ -59,12 +59,12 @@ Rollouts of_errors(std::vector<double> error) {
 TEST(Rollout, ErrorsAreInStandardDeviationsAndClipped) {
   const Channels sigma = {1, 2, 1, 1, 1, 1};
   EXPECT_DOUBLE_EQ(rms(of_errors({0, 6, 0, 0, 0, 0}), sigma), 3.0 / std::sqrt(6.0));
-  EXPECT_DOUBLE_EQ(rms(of_errors({1e9, 0, 0, 0, 0, 0}), sigma, 10.0), 10.0 / std::sqrt(6.0));
+  EXPECT_DOUBLE_EQ(rms(of_errors({1e9, 0, 0, 0, 0, 0}), sigma), most_deviation / std::sqrt(6.0));
   // A missing reading counts for nothing, a prediction without a number for the most.
   Rollouts missing = of_errors({not_a_number, 6, 0, 0, 0, 0});
   EXPECT_DOUBLE_EQ(rms(missing, sigma), 3.0 / std::sqrt(5.0));
   missing.predicted[0] = not_a_number;
-  EXPECT_DOUBLE_EQ(rms(missing, sigma, 10.0), std::sqrt((100.0 + 9.0) / 6.0));
+  EXPECT_DOUBLE_EQ(rms(missing, sigma), std::sqrt((most_deviation * most_deviation + 9.0) / 6.0));
   EXPECT_EQ(rms(of_errors({}), sigma), 0.0);
 }
 

@@ -40,9 +40,8 @@ std::vector<CandidateEffect> candidate_effects(const VehicleSpec& vehicle, const
                                                bool road);
 
 /// Parameters of effects in the car that do nothing at the values they have there, and something elsewhere when the
-/// effect's others do nothing, each a candidate by itself: those of
-/// the effects that candidate_effects() would give if the car had them not, and that it has once. Their effects are as
-/// the car has them.
+/// effect's others do nothing, each a candidate by itself: those of the effects that candidate_effects() would give if
+/// the car had them not, and that it has once. Their effects are as the car has them.
 std::vector<CandidateEffect> idle_parameters(const VehicleSpec& vehicle, const Car& car, bool road);
 
 /// What one effect more would do, to first order, the fitted parameters moving along.

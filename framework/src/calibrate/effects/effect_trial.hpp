@@ -36,7 +36,7 @@ struct Trial {
   std::vector<ParameterPlace> places;
   std::vector<double> params;
   std::vector<Unknown> unknowns;
-  double cost = std::numeric_limits<double>::quiet_NaN();  // of `params`; NaN while nobody has asked
+  double cost = std::numeric_limits<double>::quiet_NaN();  // of `params`; NaN: not evaluated
   ForecastErrors validation;                               // on time that was not fitted
 };
 

@@ -1,5 +1,5 @@
-// An offset of the yaw-rate channel is no matter of the car's model: where logs have yaw too, they say it themselves,
-// and fits keep to that. Else it takes up what the model misses in bends, in logs whose yaw rate is right.
+// The offset of the yaw-rate channel: logs that have yaw too show it without the car's model, and fits keep to what
+// they show. Left free, it takes up what the model misses in bends, in logs whose yaw rate is right.
 #pragma once
 
 #include <list>

@@ -6,7 +6,7 @@
 
 #include "config/json_file.hpp"
 #include "measured/centre_of_gravity.hpp"
-#include "measured/session_health.hpp"
+#include "measured/session_delays.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::calibrate {

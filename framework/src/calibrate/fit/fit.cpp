@@ -271,7 +271,6 @@ FitResult fit(const Forecaster& forecaster, std::vector<FitLog>& logs, std::vect
   Bootstrap boot;
   for (; round < rounds && !free_unknowns.empty(); ++round) {
     errors.set_scales(result.params);
-    result.cost_before = errors.cost(values);
     full.tolerance = round < 2 ? coarse_tolerance : fine_tolerance;
     full.iterations = round == 0 ? options.iterations / 3 : 2 * options.iterations / 3;
     result.params = least_squares(errors, free_unknowns, result.params, full, result.cost_after);

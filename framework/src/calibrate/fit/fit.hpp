@@ -59,7 +59,7 @@ struct Advice {
 struct FitResult {
   std::vector<double> params;  // of the forecaster
   std::vector<FittedParameter> parameters;
-  double cost_before = 0, cost_after = 0;
+  double cost_after = 0;  // PredictionErrors::cost with prior_cost of `params`, by `weighing`
   std::size_t starts = 0, dropped = 0;
   Friction friction;
   std::vector<Advice> advice;      // of advise(), where that was asked

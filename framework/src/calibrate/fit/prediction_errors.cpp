@@ -74,7 +74,7 @@ double reading_at(const Session& s, std::size_t channel, double time, const Read
 std::vector<double> readings_at(const Session& s, const Starts& starts) {
   std::array<Readings, channels> readings;
   for (std::size_t c = 0; c < channels; ++c) readings[c] = readings_of(s, c);
-  // Without a heading nobody knows whereto the place moves.
+  // Before the first heading a prediction of the place has no direction.
   using measured::Channel;
   for (const std::size_t place : {Channel::x, Channel::y})
     if (s.has[Channel::yaw]) readings[place].first = std::max(readings[place].first, readings[Channel::yaw].first);

@@ -41,8 +41,8 @@ std::string never_compared(const FitLog& log);
 /// Whether a part of a session that counts (a tenth) lies on a road, up to three half widths from its centre line.
 bool lies_on(const Session& session, const Track& track);
 
-/// How errors are weighed: over `scale` of their channel, times the horizon's weight, by the pseudo-Huber
-/// loss: quadratic up to about `huber_delta` and linear beyond.
+/// How errors are weighed: over `scale` of their channel, times the horizon's weight, by the pseudo-Huber loss:
+/// quadratic up to about `huber_delta` and linear beyond.
 struct Weighing {
   std::array<double, channels> scale{1, 1, 1, 1, 1, 1};
   std::array<double, channels> channel{1, 1, 1, 1, 0.3, 1};

@@ -11,13 +11,13 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double chunk = 2.0;         // [s] of a log that is predicted by the same parameters
-constexpr double often = 0.5;         // [s] between the starts that are judged
-constexpr double ahead = 1.0;         // [s]
-constexpr double settled = 0.3;       // [s] after which no row to come changes a reading
-constexpr double forgotten = 60.0;    // [s]
-constexpr double largest_move = 2.5;  // widths
-constexpr double slow_share = 0.25;   // of v_ref: slower starts are judged only before the first that is not
+constexpr double chunk = 2.0;             // [s] of a log that is predicted by the same parameters
+constexpr double between_starts = 0.5;    // [s] between the starts that are judged
+constexpr double judged_ahead = 1.0;      // [s] of the predictions that are judged
+constexpr double settling_time = 0.3;     // [s] after which no row to come changes a reading
+constexpr double forgetting_time = 60.0;  // [s] in which what was learned falls to 1 / e
+constexpr double largest_move = 2.5;      // widths
+constexpr double slow_share = 0.25;       // of v_ref: slower starts are judged only before the first that is not
 
 class Adaptation {
  public:
@@ -29,13 +29,14 @@ class Adaptation {
         driven_(judged_starts(forecaster, log,
                               std::max(forecaster.options().v_min, slow_share * forecaster.options().v_ref))),
         crawled_(judged_starts(forecaster, log, forecaster.options().v_min)),
-        past_{emptied(log, {ahead})},
+        past_{emptied(log, {judged_ahead})},
         errors_(forecaster, past_),
         information_(Eigen::MatrixXd::Zero(size(), size())),
         pull_(Eigen::VectorXd::Zero(size())) {
     errors_.weighing.scale = weighing.scale;
     errors_.weighing.horizon = {1.0};
-    // A start near a spin would rule for a minute, by a wrong slope.
+    // Errors of a start near a spin are large and their slopes hold nowhere else: unbounded, they would outweigh a
+    // minute of others.
     errors_.weighing.steep = errors_.weighing.huber_delta;
     past_.front().weight = weighing.weight;
     for (Unknown& u : moving_) u.sigma = u.session;
@@ -45,7 +46,7 @@ class Adaptation {
 
   /// Takes in all starts whose outcome was known at `time`, and moves the parameters.
   void learn(double time) {
-    const double keep = std::exp(-chunk / forgotten);
+    const double keep = std::exp(-chunk / forgetting_time);
     information_ *= keep;
     pull_ *= keep;
     const bool drives = take(driven_, time);
@@ -77,7 +78,7 @@ class Adaptation {
   Index size() const { return static_cast<Index>(moving_.size()); }
 
   static Judged judged_starts(const Forecaster& forecaster, const FitLog& log, double slowest) {
-    return {FitLog(*log.session, forecaster.options().step, {ahead}, often, slowest)};
+    return {FitLog(*log.session, forecaster.options().step, {judged_ahead}, between_starts, slowest)};
   }
   /// Puts those whose outcome has become known into `past_`; whether there are any.
   bool take(Judged& judged, double time) {
@@ -85,7 +86,7 @@ class Adaptation {
     past.starts.time.clear();
     past.truth.clear();
     const std::vector<double>& starts = judged.log.starts.time;
-    for (; judged.next < starts.size() && starts[judged.next] + ahead + settled < time; ++judged.next) {
+    for (; judged.next < starts.size() && starts[judged.next] + judged_ahead + settling_time < time; ++judged.next) {
       past.starts.time.push_back(starts[judged.next]);
       const auto* const truth = judged.log.truth.data() + judged.next * channels;
       past.truth.insert(past.truth.end(), truth, truth + channels);

@@ -16,7 +16,7 @@ class Disturbance final : public AutoDiffEffect<Disturbance<acts_at>> {
  public:
   template <class T>
   struct Params {
-    T tau = T(2);
+    T tau = T(2);  // [s]
   };
   static constexpr auto parameters() {
     return std::tuple{param("tau", &Params<double>::tau, "s", {0.05, 60}, "time constant of the decay").fit(2, 2, 1)};
@@ -37,7 +37,8 @@ class StatedFrames final : public AutoDiffReading<StatedFrames> {
  public:
   template <class T>
   struct Params {
-    T pose_x = T(0), pose_y = T(0), pose_yaw = T(0), velocity_x = T(0), velocity_y = T(0), velocity_yaw = T(0);
+    T pose_x = T(0), pose_y = T(0), pose_yaw = T(0);              // [m], [m], [rad]
+    T velocity_x = T(0), velocity_y = T(0), velocity_yaw = T(0);  // likewise
   };
   static constexpr auto parameters() {
     using P = Params<double>;

@@ -38,7 +38,7 @@ double Stiffness::lag_at(double v) const {
 }
 
 template <class T>
-void Lanes<T>::know(std::size_t lane, double until) {
+void Lanes<T>::set_known_until(std::size_t lane, double until) {
   const CommandGrid& all = s_.commands;
   const Session& log = s_.session;
   known_until_[lane] = until;
@@ -55,7 +55,7 @@ void Lanes<T>::know(std::size_t lane, double until) {
 }
 
 template <class T>
-void Lanes<T>::place(std::size_t lane) {
+void Lanes<T>::update_place(std::size_t lane) {
   const T* const row = x.data() + lane * channels;
   if (s_.road != nullptr)
     at[lane] =
@@ -66,7 +66,7 @@ void Lanes<T>::place(std::size_t lane) {
 }
 
 template <class T>
-void Lanes<T>::seek(std::size_t lane) {
+void Lanes<T>::find_next_rows(std::size_t lane) {
   for (std::size_t g = 0; g < groups; ++g) {
     const double shown = time[lane] + value(s_.delay(g));
     row_[lane * groups + g] = static_cast<std::size_t>(
@@ -80,11 +80,11 @@ void Lanes<T>::seek(std::size_t lane) {
     while (next > 1 && std::isnan(log.at(next - 1, c)) && time[lane] - log.t[next - 1] <= lost_after) --next;
     last_read_[lane * channels + c] = std::isnan(log.at(next - 1, c)) ? time[lane] - 2.0 * lost_after : log.t[next - 1];
   }
-  place(lane);
+  update_place(lane);
 }
 
 template <class T>
-void Lanes<T>::start(std::size_t lane) {
+void Lanes<T>::start_from_log(std::size_t lane) {
   T* const row = x.data() + lane * channels;
   Row<T> target{};
   for (std::size_t c = 0; c < channels; ++c) {
@@ -107,7 +107,7 @@ void Lanes<T>::start(std::size_t lane) {
     row[c] = target[c];
   }
   std::fill_n(pending.begin() + static_cast<std::ptrdiff_t>(lane * pending_size), pending_size, T(0));
-  place(lane);
+  update_place(lane);
   for (int i = 0; i < 8; ++i) s_.approach(row, target, s_.read(row, at[lane]));
   if (s_.memory() == 0) return;
   // Steady memory for what is measured, by values: it is forgotten during the pre-roll.
@@ -128,7 +128,7 @@ void Lanes<T>::start(std::size_t lane) {
 }
 
 template <class T>
-void Lanes<T>::command(double elapsed) {
+void Lanes<T>::set_commands(double elapsed) {
   for (std::size_t i = 0; i < n; ++i) {
     history_[i] = history<T>(i, time[i] + elapsed);
     const auto now = history<double>(i, time[i] + elapsed).at(0.0);
@@ -137,7 +137,7 @@ void Lanes<T>::command(double elapsed) {
 }
 
 template <class T>
-void Lanes<T>::rates(bool begin) {
+void Lanes<T>::evaluate_rates(bool begin) {
   CarBatch<T> batch;
   batch.n = n;
   batch.motion = stage_x_.data();
@@ -150,13 +150,13 @@ void Lanes<T>::rates(bool begin) {
   batch.memory_rate = rate_m_.data();
   s_.car.rates(batch, scratch_);
   if (s_.session.prescribed_speed)
-    for (std::size_t i = 0; i < n; ++i) prescribe(i);
+    for (std::size_t i = 0; i < n; ++i) prescribe_speed(i);
   if (begin) first_rate_ = rate_;
 }
 
 /// The speed follows the log's, by the mean acceleration over the step from where it is.
 template <class T>
-void Lanes<T>::prescribe(std::size_t lane) {
+void Lanes<T>::prescribe_speed(std::size_t lane) {
   // A straight line over gaps says how fast the car went, whatever it did.
   constexpr double longest_gap = 10.0;  // [s]
   const Session& log = s_.session;
@@ -196,7 +196,7 @@ int Lanes<T>::substeps_for(double h) const {
 
 template <class T>
 int Lanes<T>::advance(double h, int substeps) {
-  for (std::size_t i = 0; i < n; ++i) place(i);
+  for (std::size_t i = 0; i < n; ++i) update_place(i);
   begin_ = x;
   step_ = h;
   if (substeps == 0) substeps = substeps_for(h);
@@ -217,22 +217,22 @@ int Lanes<T>::advance(double h, int substeps) {
         for (std::size_t i = 0; i < states; ++i) stage_x_[i] = x_start_[i] + rate_[i] * (node[stage] * step);
         for (std::size_t i = 0; i < memories; ++i) stage_m_[i] = m_start_[i] + rate_m_[i] * (node[stage] * step);
       }
-      if (stage == 0 || node[stage] != node[stage - 1]) command((sub + node[stage]) * step);
-      rates(sub == 0 && stage == 0);
+      if (stage == 0 || node[stage] != node[stage - 1]) set_commands((sub + node[stage]) * step);
+      evaluate_rates(sub == 0 && stage == 0);
       for (std::size_t i = 0; i < states; ++i) x[i] += rate_[i] * (weight[stage] * step);
       for (std::size_t i = 0; i < memories; ++i) memory[i] += rate_m_[i] * (weight[stage] * step);
     }
   }
   for (std::size_t i = 0; i < n; ++i) {
     time[i] += h;
-    limit_slow(i);
+    limit_when_slow(i);
   }
   return substeps;
 }
 
 /// Tyres that roll slowly do not slip: the yaw rate cannot exceed what full lock gives, and brakes do not drive back.
 template <class T>
-void Lanes<T>::limit_slow(std::size_t lane) {
+void Lanes<T>::limit_when_slow(std::size_t lane) {
   T* const now = x.data() + lane * channels;
   const T* const then = begin_.data() + lane * channels;
   if (value(then[Channel::vx]) > 0.0 && value(now[Channel::vx]) < 0.0 && value(command_[lane].d) <= 0.0)
@@ -265,10 +265,10 @@ void Lanes<T>::correct(double h) {
     T* const rest = pending.data() + lane * pending_size;
     const T* const row = x.data() + lane * channels;
     const bool due = any_due(lane);
-    const Seen& seen = due ? see(lane, h) : nothing_seen_;
-    if (due) take_up(lane);
-    if (!moves(seen, rest)) {  // as along all of a prediction
-      follow_when_slow(lane, h, nothing_seen_, {});
+    const StepInnovations& seen = due ? collect_innovations(lane, h) : no_innovations_;
+    if (due) reset_lost_channels(lane);
+    if (!any_weight(seen, rest)) {  // as along all of a prediction
+      follow_when_slow(lane, h, no_innovations_, {});
       std::fill_n(rest, pending_size, T(0));
       continue;
     }
@@ -285,7 +285,7 @@ void Lanes<T>::correct(double h) {
       // Rows of one step count together as one.
       target[c] += (value(weight) > 1.0 ? mean : sum) / (1.0 + mean * mean * inverse_square);
     }
-    if (any) shift(lane, before, target);
+    if (any) apply_gains(lane, before, target);
     follow_when_slow(lane, h, seen, before);
     const Row<T> after = s_.read(row, at[lane]);
     for (std::size_t c = 0; c < channels; ++c) {
@@ -298,11 +298,11 @@ void Lanes<T>::correct(double h) {
 
 /// Puts the channels of the rows seen now that were not read for long, or never, on what they show.
 template <class T>
-void Lanes<T>::take_up(std::size_t lane) {
+void Lanes<T>::reset_lost_channels(std::size_t lane) {
   std::array<bool, channels> fresh{};
   bool any = false;
   for (std::size_t c = 0; c < channels; ++c) {
-    if (std::isnan(value(seen_.last[c]))) continue;
+    if (std::isnan(value(innovations_.last[c]))) continue;
     const double now = time[lane] + value(s_.delay(delay_group[c]));
     double& last = last_read_[lane * channels + c];
     fresh[c] = now - last > lost_after;
@@ -315,13 +315,13 @@ void Lanes<T>::take_up(std::size_t lane) {
   const Row<T> before = s_.read(row, at[lane]);
   Row<T> target = before;
   for (std::size_t c = 0; c < channels; ++c)
-    if (fresh[c]) target[c] += seen_.last[c];
+    if (fresh[c]) target[c] += innovations_.last[c];
   const Row<T> z = state_of(lane, before, target);
   for (std::size_t c = 0; c < channels; ++c) {
     if (!fresh[c]) continue;
     row[c] = z[c];
-    seen_.last[c] = T(0);
-    for (Sums* const sums : {&seen_.now, &seen_.later})
+    innovations_.last[c] = T(0);
+    for (Sums* const sums : {&innovations_.now, &innovations_.later})
       sums->innovation[c] = sums->weight[c] = sums->inverse_square[c] = T(0);
     rest[c] = rest[channels + c] = rest[2 * channels + c] = T(0);
   }
@@ -329,7 +329,7 @@ void Lanes<T>::take_up(std::size_t lane) {
 
 /// Whether any row seen now or a step ago has weight.
 template <class T>
-bool Lanes<T>::moves(const Seen& seen, const T* rest) {
+bool Lanes<T>::any_weight(const StepInnovations& seen, const T* rest) {
   for (std::size_t c = 0; c < channels; ++c)
     if (value(seen.now.weight[c]) > 0.0 || value(seen.later.weight[c]) > 0.0 || value(rest[channels + c]) > 0.0)
       return true;
@@ -358,10 +358,10 @@ std::size_t Lanes<T>::row_at(std::size_t lane, std::size_t group, double time) c
 }
 
 template <class T>
-const typename Lanes<T>::Seen& Lanes<T>::see(std::size_t lane, double h) {
+const typename Lanes<T>::StepInnovations& Lanes<T>::collect_innovations(std::size_t lane, double h) {
   const Session& log = s_.session;
-  Seen& seen = seen_;
-  seen = nothing_seen_;
+  StepInnovations& seen = innovations_;
+  seen = no_innovations_;
   for (std::size_t g = 0, next = 0; g < groups; g = next) {
     std::size_t row = row_[lane * groups + g];
     // Channels of one clock are read together.
@@ -417,7 +417,7 @@ Row<T> Lanes<T>::state_of(std::size_t lane, const Row<T>& now, const Row<T>& sho
 }
 
 template <class T>
-void Lanes<T>::shift(std::size_t lane, const Row<T>& now, const Row<T>& target) {
+void Lanes<T>::apply_gains(std::size_t lane, const Row<T>& now, const Row<T>& target) {
   T* const row = x.data() + lane * channels;
   const Row<T> z = state_of(lane, now, target);
   T* const remembered = memory.data() + lane * s_.memory();
@@ -452,7 +452,7 @@ T Lanes<T>::speed_of(std::size_t lane, const T& shown) const {
 /// that has no reading around the step's end moves by the last one in the step. Rows near jumps count less, as
 /// elsewhere.
 template <class T>
-void Lanes<T>::follow_when_slow(std::size_t lane, double h, const Seen& seen, const Row<T>& before) {
+void Lanes<T>::follow_when_slow(std::size_t lane, double h, const StepInnovations& seen, const Row<T>& before) {
   const Session& log = s_.session;
   const double last = last_shown_[lane];
   const auto shown_at = [&](std::size_t g) {

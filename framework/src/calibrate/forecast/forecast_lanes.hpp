@@ -100,7 +100,7 @@ class Lanes {
         last_shown_(n),
         last_read_(n * channels),
         hint_(n, nothing) {
-    nothing_seen_.last.fill(T(nothing));
+    no_innovations_.last.fill(T(nothing));
     for (auto* v : {&stage_x_, &rate_, &x_start_}) v->resize(n * channels);
     for (auto* v : {&stage_m_, &rate_m_, &m_start_}) v->resize(n * setting.memory());
     command_.resize(n);
@@ -117,12 +117,12 @@ class Lanes {
   std::vector<Place> at;
 
   /// Puts a lane on the measured state at its time, memory steady.
-  void start(std::size_t lane);
+  void start_from_log(std::size_t lane);
   /// Of a lane whose time and read_until are set: commands are known up to `until`, and so is a speed that is
   /// prescribed. Where they are known further than rows are read the lane predicts, else it goes along the log.
-  void know(std::size_t lane, double until);
+  void set_known_until(std::size_t lane, double until);
   /// To be called once x, memory and time of a lane are set: finds the next row of every channel.
-  void seek(std::size_t lane);
+  void find_next_rows(std::size_t lane);
   /// One step of all lanes, in so many substeps; 0: as many as the slowest lane needs. Returns how many.
   int advance(double h, int substeps = 0);
   /// Lets the rows that fell into the step just made move the states.
@@ -136,25 +136,25 @@ class Lanes {
 
  private:
   int substeps_for(double h) const;
-  void command(double elapsed);
-  void rates(bool begin);
-  void prescribe(std::size_t lane);
-  void place(std::size_t lane);
+  void set_commands(double elapsed);
+  void evaluate_rates(bool begin);
+  void prescribe_speed(std::size_t lane);
+  void update_place(std::size_t lane);
   void interpolate(std::size_t lane, const T& share, T* state) const;
   /// Innovations, ones and inverse squares of the Cauchy scale (0 far from jumps), times their weights at the end of a
   /// step.
   struct Sums {
     Row<T> innovation{}, weight{}, inverse_square{};
   };
-  /// What moves the states at the end of this step, and of the next; innovation and inverse square of the last reading,
-  /// NaN where a channel had none.
-  struct Seen {
+  /// What the rows of a step say: what moves the states at its end, and at the end of the next; innovation and inverse
+  /// square of the last reading, NaN where a channel had none.
+  struct StepInnovations {
     Sums now, later;
     Row<T> last;
     Row<double> last_inverse_square{};
   };
-  const Seen& see(std::size_t lane, double h);
-  void take_up(std::size_t lane);
+  const StepInnovations& collect_innovations(std::size_t lane, double h);
+  void reset_lost_channels(std::size_t lane);
   bool any_due(std::size_t lane) const;
   std::size_t row_at(std::size_t lane, std::size_t group, double time) const;
   bool along_log(std::size_t lane) const { return known_until_[lane] <= read_until[lane]; }
@@ -162,12 +162,12 @@ class Lanes {
   double inverse_square_of(std::size_t row, std::size_t channel) const {
     return s_.jumped[row] != 0 ? 1.0 / (s_.cauchy_scale[channel] * s_.cauchy_scale[channel]) : 0.0;
   }
-  static bool moves(const Seen& seen, const T* rest);
+  static bool any_weight(const StepInnovations& seen, const T* rest);
   Row<T> state_of(std::size_t lane, const Row<T>& now, const Row<T>& shown) const;
-  void shift(std::size_t lane, const Row<T>& now, const Row<T>& target);
-  void follow_when_slow(std::size_t lane, double h, const Seen& seen, const Row<T>& before);
+  void apply_gains(std::size_t lane, const Row<T>& now, const Row<T>& target);
+  void follow_when_slow(std::size_t lane, double h, const StepInnovations& seen, const Row<T>& before);
   T speed_of(std::size_t lane, const T& shown) const;
-  void limit_slow(std::size_t lane);
+  void limit_when_slow(std::size_t lane);
   /// Commands up to `now`; as numbers, for what takes no derivatives of them, with V = double.
   template <class V>
   History<V> history(std::size_t lane, double now) const {
@@ -205,7 +205,7 @@ class Lanes {
   std::vector<double> last_read_;   // [s] by lane and channel: time of the last row that had it
   std::vector<double> hint_;
   double step_ = 0;  // length of the step just made [s]
-  Seen seen_, nothing_seen_;
+  StepInnovations innovations_, no_innovations_;
 };
 
 extern template class Lanes<double>;

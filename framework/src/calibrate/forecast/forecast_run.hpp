@@ -28,27 +28,28 @@ struct Block {
   std::vector<T> x, memory, pending;  // a row for each of them
 };
 
+/// To be called in this order: observe(), then predict() for the same starts. Holds a reference to its setting.
 template <class T>
-class Run {
+class ForecastRun {
  public:
-  Run(const Setting<T>& setting) : s_(setting) {
+  explicit ForecastRun(const Setting<T>& setting) : s_(setting) {
     latest_ = earliest_ = value(s_.delay(0));
     for (std::size_t g = 0; g < groups; ++g) {
       latest_ = std::max(latest_, value(s_.delay(g)));
       earliest_ = std::min(earliest_, value(s_.delay(g)));
     }
-    split();
+    split_at_gaps();
   }
 
   /// Carries the states along the log as far as starts need them.
   void observe(const Starts& starts, ObserverSteps* steps) {
-    want(starts);
+    request_blocks(starts);
     std::vector<Block<T>*> blocks;
     for (auto& [where, block] : blocks_) {
       block.slowest = slowest_in(block);
       blocks.push_back(&block);
     }
-    // The slowest lane decides on the steps of all: like goes with like.
+    // The slowest lane decides on the steps of all: lanes of like speeds are integrated together.
     if (s_.options.lanes > 1)
       std::stable_sort(blocks.begin(), blocks.end(),
                        [](const Block<T>* a, const Block<T>* b) { return a->slowest < b->slowest; });
@@ -61,13 +62,14 @@ class Run {
     }
   }
 
+  /// predicted: starts x horizons x 6 readings, NaN where the log has no rows to start from.
   void predict(const Starts& starts, std::vector<T>& predicted) {
     const std::size_t h = starts.horizons.size();
     predicted.assign(starts.time.size() * h * channels, T(nothing));
     std::vector<std::size_t> usable;
     for (std::size_t i = 0; i < starts.time.size(); ++i)
-      if (find(starts.time[i]) < stretches_.size()) usable.push_back(i);
-    // The slowest lane decides on the steps of all: like goes with like.
+      if (stretch_of(starts.time[i]) < stretches_.size()) usable.push_back(i);
+    // The slowest lane decides on the steps of all: lanes of like speeds are integrated together.
     if (s_.options.lanes > 1)
       std::stable_sort(usable.begin(), usable.end(), [&](std::size_t a, std::size_t b) {
         return speed_at(starts.time[a]) < speed_at(starts.time[b]);
@@ -109,11 +111,11 @@ class Run {
   }
 
   /// The blocks of the log that hold a start, and the grid points that are asked for.
-  void want(const Starts& starts) {
+  void request_blocks(const Starts& starts) {
     const auto pre = static_cast<std::size_t>(s_.options.pre_roll / s_.options.step);
     const std::size_t h = starts.horizons.size();
     for (const double start : starts.time) {
-      const std::size_t i = find(start);
+      const std::size_t i = stretch_of(start);
       if (i >= stretches_.size()) continue;
       for (std::size_t j = 0; j < h; j = last_of(j, h)) {
         const double back = steps_before(stretches_[i], start, start + starts.horizons[last_of(j, h) - 1]);
@@ -147,7 +149,7 @@ class Run {
     return std::max(least, s_.options.v_min);
   }
 
-  void split() {
+  void split_at_gaps() {
     const auto& t = s_.session.t;
     std::size_t first = 0;
     for (std::size_t i = 1; i <= t.size(); ++i) {
@@ -163,7 +165,7 @@ class Run {
   }
 
   /// The stretch that a start at this time belongs to, or one past the last.
-  std::size_t find(double time) const {
+  std::size_t stretch_of(double time) const {
     for (std::size_t i = 0; i < stretches_.size(); ++i)
       if (time >= stretches_[i].begin - 1e-9 && time <= stretches_[i].end + 1e-9) return i;
     return stretches_.size();
@@ -189,15 +191,15 @@ class Run {
       const Block<T>& block = *wanted[i];
       lanes.time[i] = stretches_[block.stretch].begin + static_cast<double>(block.begin) * h;
       lanes.read_until[i] = stretches_[block.stretch].end;
-      lanes.know(i, lanes.read_until[i]);
-      lanes.start(i);
-      lanes.seek(i);
+      lanes.set_known_until(i, lanes.read_until[i]);
+      lanes.start_from_log(i);
+      lanes.find_next_rows(i);
     }
     for (std::size_t step = 0;; ++step) {
       for (std::size_t i = 0; i < lanes.n; ++i) {
         Block<T>& block = *wanted[i];
         if (next[i] == block.kept.size() || block.kept[next[i]] != block.begin + step) continue;
-        keep(lanes, i, block);
+        save_states(lanes, i, block);
         ++next[i];
       }
       if (step == most) return;
@@ -209,7 +211,7 @@ class Run {
     }
   }
 
-  void keep(const Lanes<T>& lanes, std::size_t i, Block<T>& to) const {
+  void save_states(const Lanes<T>& lanes, std::size_t i, Block<T>& to) const {
     const auto append = [i](const std::vector<T>& rows, std::size_t size, std::vector<T>& end) {
       const auto first = rows.begin() + static_cast<std::ptrdiff_t>(i * size);
       end.insert(end.end(), first, first + static_cast<std::ptrdiff_t>(size));
@@ -219,16 +221,17 @@ class Run {
     append(lanes.pending, pending_size, to.pending);
   }
 
-  void begin_at(Lanes<T>& lanes, std::size_t i, double start, double last) const {
-    const std::size_t stretch = find(start);
+  /// Puts lane i where the observer was last before a start that predicts `last` seconds ahead.
+  void start_lane(Lanes<T>& lanes, std::size_t i, double start, double last) const {
+    const std::size_t stretch = stretch_of(start);
     const Stretch& from = stretches_[stretch];
     const double back = steps_before(from, start, start + last);
     const std::size_t k = grid_point(from, back);
     lanes.read_until[i] = start;
     lanes.time[i] = from.begin + static_cast<double>(k) * s_.options.step;
-    lanes.know(i, start + last);
+    lanes.set_known_until(i, start + last);
     if (back < 0.0) {  // what is kept there has seen later rows
-      lanes.start(i);
+      lanes.start_from_log(i);
     } else {
       const Block<T>& block = blocks_.at(key_of(stretch, start));
       const auto row =
@@ -241,7 +244,7 @@ class Run {
       copy(block.memory, s_.memory(), lanes.memory);
       copy(block.pending, pending_size, lanes.pending);
     }
-    lanes.seek(i);
+    lanes.find_next_rows(i);
   }
 
   void predict(const Starts& starts, Horizons horizons, std::span<const std::size_t> which,
@@ -252,7 +255,7 @@ class Run {
     std::size_t steps = 0;
     for (std::size_t i = 0; i < which.size(); ++i) {
       const double start = starts.time[which[i]];
-      begin_at(lanes, i, start, last);
+      start_lane(lanes, i, start, last);
       const double until = start + last - earliest_ - lanes.time[i];
       steps = std::max(steps, static_cast<std::size_t>(std::ceil(until / h - 1e-9)));
     }
@@ -260,14 +263,14 @@ class Run {
       lanes.advance(h);
       for (std::size_t i = 0; i < which.size(); ++i)
         for (std::size_t j = horizons.first; j < horizons.last; ++j)
-          show(lanes, i, starts.time[which[i]] + starts.horizons[j],
-               predicted.data() + (which[i] * starts.horizons.size() + j) * channels);
+          write_readings(lanes, i, starts.time[which[i]] + starts.horizons[j],
+                         predicted.data() + (which[i] * starts.horizons.size() + j) * channels);
       lanes.correct(h);
     }
   }
 
   /// Writes the readings of channels whose time for a row at `time` lies in the step just made.
-  void show(const Lanes<T>& lanes, std::size_t i, double time, T* out) const {
+  void write_readings(const Lanes<T>& lanes, std::size_t i, double time, T* out) const {
     const double h = s_.options.step;
     for (std::size_t g = 0; g < groups; ++g) {
       const double from_end = lanes.time[i] - (time - value(s_.delay(g)));

@@ -126,7 +126,7 @@ template <class T>
 void Forecaster::run(const Session& session, const CommandGrid& commands, const Road* road, std::span<const T> params,
                      const Starts& starts, std::vector<T>& predicted, ObserverSteps* steps) const {
   std::vector<double> values(car_.params().size());
-  // The car's own, its disturbances', and those of the frames, which nobody moves.
+  // The car's own, its disturbances', and those of the frames, which are fixed.
   std::vector<T> of_car(params.begin(), params.begin() + static_cast<std::ptrdiff_t>(car_params_ + 2));
   for (std::size_t i = of_car.size(); i < car_.params().size(); ++i) of_car.push_back(T(car_.params()[i]));
   for (std::size_t i = 0; i < of_car.size(); ++i) values[i] = value(of_car[i]);
@@ -149,7 +149,7 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
                                      cauchy_scale,
                                      jumped,
                                      measured::VelocityAxes<T>::of(car_, of_car.data())};
-  forecast::Run<T> run(setting);
+  forecast::ForecastRun<T> run(setting);
   run.observe(starts, steps);
   run.predict(starts, predicted);
 }

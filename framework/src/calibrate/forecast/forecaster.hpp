@@ -59,8 +59,8 @@ struct ForecastOptions {
   double v_ref = 10.0;       // [m/s]
   double wheelbase = 1.0;    // [m]
   double delta_max = 0.5;    // [rad]
-  std::size_t lanes =
-      32;  // blocks or starts that are integrated together, with the steps that the slowest of them needs
+  /// Blocks or starts that are integrated together, with the steps that the slowest of them needs.
+  std::size_t lanes = 32;
   /// Every horizon knows the commands up to its own time. Otherwise all of a start know them up to the longest, for
   /// fits: one integration serves all.
   bool own_commands = true;

@@ -44,12 +44,12 @@ double square_of(std::size_t quantity, const double* predicted, const double* tr
 
 /// The 95 % interval of a figure of sums, by sums of blocks drawn with replacement.
 template <class Sum>
-void set_interval(HorizonError& out, const std::map<long, Sum>& blocks, unsigned seed) {
+void set_interval(HorizonError& out, const std::map<long, Sum>& blocks) {
   constexpr int draws = 400;
   std::vector<Sum> all;
   all.reserve(blocks.size());
   for (const auto& [when, sum] : blocks) all.push_back(sum);
-  std::mt19937 random(seed);
+  std::mt19937 random(1);
   std::vector<double> drawn;
   for (int i = 0; i < draws; ++i) {
     Sum some;
@@ -61,7 +61,7 @@ void set_interval(HorizonError& out, const std::map<long, Sum>& blocks, unsigned
   out.high = drawn[draws - 1 - draws / 40];
 }
 
-HorizonError error_of(const std::map<long, SquareSum>& blocks, unsigned seed) {
+HorizonError error_of(const std::map<long, SquareSum>& blocks) {
   HorizonError out;
   SquareSum total;
   for (const auto& [when, sum] : blocks) total.add(sum);
@@ -71,14 +71,14 @@ HorizonError error_of(const std::map<long, SquareSum>& blocks, unsigned seed) {
     return out;
   }
   out.rms = total.figure();
-  set_interval(out, blocks, seed);
+  set_interval(out, blocks);
   return out;
 }
 
 }  // namespace
 
 HorizonRow horizon_row(std::string name, std::span<const double> start_time, std::span<const double> predicted,
-                       std::span<const double> truth, unsigned seed) {
+                       std::span<const double> truth) {
   HorizonRow row;
   row.name = std::move(name);
   for (std::size_t q = 0; q < quantities; ++q) {
@@ -88,14 +88,13 @@ HorizonRow horizon_row(std::string name, std::span<const double> start_time, std
       if (std::isnan(square)) continue;
       blocks[std::lround(std::floor((start_time[i] - start_time.front()) / block))].add({square, 1});
     }
-    row.error[q] = error_of(blocks, seed);
+    row.error[q] = error_of(blocks);
   }
   return row;
 }
 
 HorizonError paired_change(std::span<const double> start_time, std::span<const double> predicted,
-                           std::span<const double> other, std::span<const double> truth, std::size_t quantity,
-                           unsigned seed) {
+                           std::span<const double> other, std::span<const double> truth, std::size_t quantity) {
   std::map<long, PairedSum> blocks;
   PairedSum total;
   for (std::size_t i = 0; i < start_time.size(); ++i) {
@@ -110,7 +109,7 @@ HorizonError paired_change(std::span<const double> start_time, std::span<const d
   out.count = total.count;
   out.rms = out.low = out.high = total.count > 0 ? total.figure() : NAN;
   if (total.count == 0) return out;
-  set_interval(out, blocks, seed);
+  set_interval(out, blocks);
   return out;
 }
 

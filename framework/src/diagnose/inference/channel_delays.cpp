@@ -8,7 +8,7 @@
 
 #include "diagnose/thresholds.hpp"
 #include "measured/bridged_readings.hpp"
-#include "measured/session_health.hpp"
+#include "measured/session_delays.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 

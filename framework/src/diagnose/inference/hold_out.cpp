@@ -39,14 +39,13 @@ bool can_be_parted(const Trace& trace, std::size_t from) {
 
 /// Appends the squared errors of every start.
 void add_errors(const measured::Rollouts& r, const Channels& sigma, StartErrors& to) {
-  const double most = measured::RolloutOptions{}.clip;
   const std::size_t width = r.samples * channels;
   for (std::size_t s = 0; s < r.start.size(); ++s) {
     double square = 0.0, readings = 0.0;
     for (std::size_t i = s * width; i < (s + 1) * width; ++i) {
       if (std::isnan(r.error[i]) && std::isfinite(r.predicted[i])) continue;  // no reading
       double ratio = std::abs(r.error[i]) / sigma[i % channels];
-      if (!(ratio < most)) ratio = most;
+      if (!(ratio < measured::most_deviation)) ratio = measured::most_deviation;
       square += ratio * ratio;
       readings += 1.0;
     }

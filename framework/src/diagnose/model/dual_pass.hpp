@@ -8,7 +8,8 @@
 namespace gripline::diagnose {
 
 /// Rates at every sample and their derivatives in eight lanes. `seed` lists the parameters of the car that take a lane
-/// each, after the lanes of the state (yaw, three speeds, memory) if these are asked for.
+/// each, after the lanes of the state (yaw, three speeds, memory) if these are asked for: eight lanes in all. Holds
+/// references; `memory` has trace.size() rows.
 struct DualPass {
   const StagedCar& car;
   const Trace& trace;
@@ -17,6 +18,8 @@ struct DualPass {
   static constexpr std::size_t lanes = 8;
   static std::size_t state_lanes(const StagedCar& car) { return 4 + static_cast<std::size_t>(car.memory()); }
 
+  /// Calls sink(sample, rates of the motion (6), rates of the memory) in the order of samples; pointers are valid
+  /// during the call.
   template <class Sink>
   void run(std::span<const std::size_t> seed, bool by_state, Sink&& sink) const {
     const auto m = static_cast<std::size_t>(car.memory());
@@ -59,7 +62,8 @@ struct DualPass {
   }
 };
 
-/// Readings by the parameters in `seed` (or, by_state, by the six states) at every sample.
+/// Readings by the parameters in `seed`, at most eight (or, by_state, by the six states), at every sample: calls
+/// sink(sample, array of six readings).
 template <class Sink>
 void read_pass(const StagedCar& car, const Trace& trace, std::span<const std::size_t> seed, bool by_state,
                Sink&& sink) {

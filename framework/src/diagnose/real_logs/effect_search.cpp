@@ -79,8 +79,8 @@ void stop_disturbances(const Trial& trial, std::vector<double>& params) {
 
 /// Fits the world's unknowns; how predictions start and how errors are weighed is kept from then on. The observer
 /// learns no disturbance: it would stand for what is missing, and a steering that is off would not be seen.
-CalibratedWorld calibrate_given(EffectSearch& search, const std::list<measured::SessionFile>& files) {
-  CalibratedWorld out;
+GivenAndCalibrated calibrate_given(EffectSearch& search, const std::list<measured::SessionFile>& files) {
+  GivenAndCalibrated out;
   out.given = std::make_unique<Trial>(search.spec, search.forecast);
   Trial& given = *out.given;
   auto [as_given, values, unknowns, limited] =
@@ -126,11 +126,11 @@ EffectSearch::EffectSearch(const Node& world_tree, const WorldSpec& world_spec, 
       logs(split_logs(files, others, spec.track, forecast.step, options)),
       by_yaw(calibrate::offset_by_yaw(files)) {
   tell(0.05, "calibrating");
-  world = calibrate_given(*this, files);
+  worlds = calibrate_given(*this, files);
 }
 
 Selection nothing_added(const EffectSearch& search) {
-  const Trial& calibrated = *search.world.calibrated;
+  const Trial& calibrated = *search.worlds.calibrated;
   Selection out;
   out.trial = std::make_unique<Trial>(search.spec, search.forecast);
   take_over(*out.trial, calibrated);
@@ -141,7 +141,7 @@ Selection nothing_added(const EffectSearch& search) {
 
 void open_undetermined(const EffectSearch& search, Trial& trial) {
   Trial closed(search.spec, search.forecast);
-  for (const FittedParameter& p : search.world.undetermined)
+  for (const FittedParameter& p : search.worlds.undetermined)
     if (std::ranges::find(trial.unknowns, p.unknown.pointer, &Unknown::pointer) == trial.unknowns.end())
       closed.unknowns.push_back(p.unknown);
   if (closed.unknowns.empty()) return;
@@ -155,8 +155,8 @@ std::unique_ptr<Trial> with_disturbances(const EffectSearch& search, const Trial
   take_over(*trial, base);
   Trial start(search.spec, search.forecast);
   for (const Extra gain : disturbance_gains)
-    trial->params[trial->forecaster.index(gain)] = search.world.given_params[start.forecaster.index(gain)];
-  start.unknowns = search.world.observer;
+    trial->params[trial->forecaster.index(gain)] = search.worlds.given_params[start.forecaster.index(gain)];
+  start.unknowns = search.worlds.observer;
   take_over_unknowns(*trial, start);
   search.fits.refit(*trial, iterations);
   return trial;

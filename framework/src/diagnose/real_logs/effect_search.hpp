@@ -27,13 +27,13 @@ struct SearchLogs {
   const std::vector<calibrate::FitLog>& reported() const { return held_out.empty() ? validation : held_out; }
 };
 
-/// The world as it is, and with its unknowns fitted. Neither learns disturbances while it predicts.
-struct CalibratedWorld {
+/// The two worlds that a search begins from: as it is given, and with its unknowns fitted. Neither learns disturbances
+/// while it predicts.
+struct GivenAndCalibrated {
   std::unique_ptr<calibrate::Trial> given, calibrated;
-  std::vector<calibrate::FittedParameter>
-      undetermined;                          // not determined by the logs: kept at its prior, or at an end of its range
-  std::vector<calibrate::Unknown> observer;  // of the given world, gains of disturbances too
-  std::vector<double> given_params;          // with those gains as the world has them
+  std::vector<calibrate::FittedParameter> undetermined;  // by the logs: kept at a prior, or at an end of a range
+  std::vector<calibrate::Unknown> observer;              // of the given world, gains of disturbances too
+  std::vector<double> given_params;                      // with those gains as the world has them
 };
 
 /// Of one search; holds references to what it was made from.
@@ -68,7 +68,7 @@ struct EffectSearch {
   SearchLogs logs;
   std::optional<measured::YawRateOffset> by_yaw;     // what the logs' yaw says of their yaw rate
   calibrate::TrialFits fits{forecast, logs.fitted};  // its weighing is that of the calibration
-  CalibratedWorld world;
+  GivenAndCalibrated worlds;
 };
 
 /// A world with effects added to the calibrated one, or with idle parameters of its effects opened.

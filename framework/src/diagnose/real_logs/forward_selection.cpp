@@ -34,7 +34,7 @@ struct Round {
 
 std::vector<CandidateEffect> candidates_for(const EffectSearch& search, const Trial& base,
                                             std::span<const std::string> without) {
-  auto candidates = calibrate::candidates_beside(base, search.registry, search.world.undetermined);
+  auto candidates = calibrate::candidates_beside(base, search.registry, search.worlds.undetermined);
   std::erase_if(candidates, [&](const CandidateEffect& one) {
     return std::ranges::find(without, calibrate::addition_of(one, base).name) != without.end();
   });

@@ -165,7 +165,7 @@ std::vector<MissingEffect> eliminate_and_extend(const EffectSearch& search, Sele
 /// Reported errors of the world given, calibrated and found.
 void measure_errors(const EffectSearch& search, const UnfittedErrors& without, const UnfittedErrors& with,
                     MissingEffects& out) {
-  const UnfittedErrors of_given = search.unfitted_errors(*search.world.given);
+  const UnfittedErrors of_given = search.unfitted_errors(*search.worlds.given);
   const ForecastErrors &given = search.reported(of_given), &before = search.reported(without),
                        &after = search.reported(with);
   out.calibration = change_of(before, given);
@@ -174,7 +174,7 @@ void measure_errors(const EffectSearch& search, const UnfittedErrors& without, c
   out.given = given.rms();
   out.calibrated = before.rms();
   out.found = after.rms();
-  out.validation = search.world.calibrated->validation.rms();
+  out.validation = search.worlds.calibrated->validation.rms();
   out.sessions = compare_sessions(search.logs, before, after);
   out.remainder = remainder_of(search.logs.reported(), after, judged_horizon);
 }
@@ -199,9 +199,9 @@ calibrate::FitResult fit_to_all(const EffectSearch& search, Trial& trial,
 void write_worlds(const EffectSearch& search, Selection& selection, const std::list<measured::SessionFile>& files,
                   const std::filesystem::path& folder, MissingEffects& out) {
   Trial given(search.spec, search.forecast);
-  given.params = search.world.given_params;
-  const auto calibrated = with_disturbances(search, *search.world.calibrated);
-  selection.trial = with_disturbances(search, selection.added.empty() ? *search.world.calibrated : *selection.trial);
+  given.params = search.worlds.given_params;
+  const auto calibrated = with_disturbances(search, *search.worlds.calibrated);
+  selection.trial = with_disturbances(search, selection.added.empty() ? *search.worlds.calibrated : *selection.trial);
   Trial& found = *selection.trial;
   out.rows = {reported_row(search, "given", given), reported_row(search, "calibrated", *calibrated),
               reported_row(search, "found", found)};
@@ -253,7 +253,7 @@ MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Regis
   auto [selection, ranking] = select_forward(search);
   MissingEffects out;
   out.named = eliminate_and_extend(search, selection);
-  const UnfittedErrors without = search.unfitted_errors(*search.world.calibrated);
+  const UnfittedErrors without = search.unfitted_errors(*search.worlds.calibrated);
   UnfittedErrors with = search.unfitted_errors(*selection.trial);
   if (with.rms() > without.rms()) {
     out.named.clear();

@@ -78,8 +78,8 @@ struct MissingEffects {
   /// (all channels): its own is about 1. `noise`: what sensors alone would leave, 0 where that is not known.
   double given = 0, calibrated = 0, found = 0, noise = 0;
   double validation = 0;  // of the calibrated world on validation time, which `ranking` is by
-  /// The quantity whose error 1 s ahead is largest over its own sensors' noise, and how many times that is: a channel
-  /// that is wrong drowns in the sum of all.
+  /// The quantity whose error 1 s ahead is largest over its own sensors' noise, and how many times that is: in the sum
+  /// of all quantities one wrong channel hardly shows.
   struct OverNoise {
     std::string quantity;
     double times = 0;
@@ -94,7 +94,7 @@ struct MissingEffects {
   std::vector<SessionChange> sessions;    // of what `change` is of, log by log
   Remainder remainder;
   std::vector<calibrate::FittedParameter> parameters;    // of the calibrated world with the effects named
-  std::vector<calibrate::FittedParameter> undetermined;  // as CalibratedWorld has them
+  std::vector<calibrate::FittedParameter> undetermined;  // as GivenAndCalibrated has them
   Node world;                                            // that world
   WorldSpec spec;                                        // its car, with parameters as given
   std::vector<double> params;                            // of a forecaster of that car, as found

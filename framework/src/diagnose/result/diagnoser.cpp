@@ -8,6 +8,7 @@
 #include "diagnose/inference/preparation.hpp"
 #include "diagnose/inference/reference.hpp"
 #include "diagnose/result/closing.hpp"
+#include "diagnose/result/detection_limits.hpp"
 #include "diagnose/result/manoeuvre.hpp"
 #include "diagnose/result/named_delay.hpp"
 #include "diagnose/result/noise_health.hpp"
@@ -46,6 +47,14 @@ void check_excluded(const CaseOptions& options, const Catalogue& catalogue) {
     throw InputError("\"exclude\" names \"" + id + "\", which is no effect that could be found" +
                      did_you_mean(id, known));
   }
+}
+
+/// What no effect explains is an error of a channel's readings.
+void leave_to_channel(const std::string& words, Diagnosis& d) {
+  d.verdict = Verdict::unknown;
+  d.unknown = ResidualTest{};
+  d.unknown->where = Where::reading;
+  d.unknown->quantity = words;
 }
 
 /// Asked before any member is made of the model.
@@ -111,10 +120,7 @@ Diagnosis Diagnoser::search_beside_delays(std::span<const LogFile> logs, std::sp
     d.health.push_back({measured::Finding::Level::bad, "time of " + one.words() + " against " + one.against(),
                         format("%.3g s later", one.seconds), "left as it is: predictions are worse without it"});
   if (d.verdict != Verdict::nothing_missing) return d;
-  d.verdict = Verdict::unknown;
-  d.unknown = ResidualTest{};
-  d.unknown->where = Where::reading;
-  d.unknown->quantity = delays.front().words();
+  leave_to_channel(delays.front().words(), d);
   d.sentence = sentence(d);
   return d;
 }
@@ -160,7 +166,8 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   report_noise(problem_, d.fit.noise, d.health);
   report_straight_commands(problem_, held_out, d.health);
   allow_for_wrong_channel(prepared.expected_noise, d);
-  if (d.verdict == Verdict::nothing_missing) d.detection_limits = detection_limits(found);
+  if (d.verdict == Verdict::nothing_missing)
+    d.detection_limits = detection_limits(problem_, found.pool.screen_once(found.null_model));
   d.sentence = sentence(d);
   return d;
 }
@@ -254,7 +261,7 @@ void Diagnoser::add_parameters(Diagnosis& d) const {
 namespace {
 
 constexpr std::array<double, 5> horizons = {0.1, 0.2, 0.5, 1.0, 2.0};  // [s]
-constexpr std::size_t reported = 3;
+constexpr std::size_t reported = 3;                                    // the horizon of Gap
 static_assert(horizons[reported] == Gap{}.horizon);
 
 /// How much of the gap is closed, by the change of its error. A perfect model still shows the sensors' own noise: one
@@ -422,37 +429,11 @@ void Diagnoser::withdraw(const HoldOut& hold_out, const SearchResult& found, Dia
 void Diagnoser::allow_for_wrong_channel(const Channels& expected_noise, Diagnosis& d) const {
   d.wrong_channel = wrong_channel(problem_, expected_noise);
   if (!d.wrong_channel) return;
-  d.verdict = Verdict::unknown;
-  d.unknown = ResidualTest{};
-  d.unknown->where = Where::reading;
-  d.unknown->quantity = measured::channel_info[d.wrong_channel->channel].words;
+  leave_to_channel(measured::channel_info[d.wrong_channel->channel].words, d);
   d.unknown->statistic = d.wrong_channel->ratio();
   d.equivalent.clear();
   d.manoeuvre.clear();
   for (NamedEffect& n : d.named) n.confidence = std::min(n.confidence, thresholds::most_beside_unknown);
-}
-
-std::vector<DetectionLimit> Diagnoser::detection_limits(SearchResult& found) const {
-  std::vector<DetectionLimit> limits;
-  const Screening& s = found.pool.screen_once(found.null_model);
-  const double needed = 2.0 * (thresholds::single_gain + problem_.penalty_per_parameter());
-  for (const CandidateRegressors& group : s.groups) {
-    const Candidate& c = catalogue_.candidates()[group.candidate];
-    // Of several parameters, or several places, of those that show in this log the one that shows least.
-    DetectionLimit limit{c.id, c.decl(c.strength).name, c.decl(c.strength).unit, not_a_number};
-    for (std::size_t i = 0; i < group.count; ++i) {
-      const abi::ParamDecl& p = c.decl(group.starts.empty() && group.count == c.fitted.size() ? i : c.strength);
-      const double information = information_beside(s, group.first + i);
-      const double size = std::sqrt(needed / information);
-      // A log that says nothing of an effect, such as one without braking of the brakes, would have shown none.
-      if (!(information > 0.0) || size > p.hi - p.lo || size <= limit.size) continue;
-      limit.param = p.name;
-      limit.unit = p.unit;
-      limit.size = size;
-    }
-    limits.push_back(std::move(limit));
-  }
-  return limits;
 }
 
 }  // namespace gripline::diagnose

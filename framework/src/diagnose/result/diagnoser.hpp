@@ -56,7 +56,6 @@ class Diagnoser {
   bool stands(const HoldOut& hold_out, const Diagnosis& d) const;
   void allow_for_wrong_channel(const Channels& expected_noise, Diagnosis& d) const;
   void withdraw(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
-  std::vector<DetectionLimit> detection_limits(SearchResult& found) const;
 
   const WorldSpec& world_;
   CaseOptions options_;
