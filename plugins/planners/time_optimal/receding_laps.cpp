@@ -173,7 +173,7 @@ void RecedingLaps::start_again(double barrier) {
 
 /// The window at a share of the friction it was for.
 void RecedingLaps::slow_window(double share) {
-  for (const int j : {lap_vx, lap_vy, lap_omega}) begin_[static_cast<std::size_t>(j)] *= std::sqrt(share);
+  begin_ = KeptLap::at_share(begin_, share);
   for (std::size_t k = 0; k <= window_.count(); ++k) lap_.scale(window_.node(k), share, mu_at(window_.node(k)));
   end_ = lap_.at(window_.last());
 }
