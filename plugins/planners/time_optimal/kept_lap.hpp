@@ -1,8 +1,8 @@
 // The whole lap that windows are solved of, as the iterate of its program, and how it is carried over to less friction.
 //
 // But for resistances and limits of drive and brakes, a car's motion at a share of the friction is the same, along the
-// same way with the same slips, at speeds that are lower by the share's square root (at_share()). How much of an iterate
-// goes with its states depends on what it is for:
+// same way with the same slips, at speeds that are lower by the share's square root (at_share()). How much of an
+// iterate goes with its states depends on what it is for:
 //   slowed(), reset()  states alone: ends of a window, and a start for Newton steps
 //   slow_down()        and the acceleration that was planned: what a window finds where it comes to new nodes
 //   scale()            and all inputs and multipliers: a window that goes on as good as it was
