@@ -23,7 +23,9 @@ T steered_along_motion(const std::type_identity_t<T>& vx, const T& delta) {
   return vx < T(0) ? T(-delta) : delta;
 }
 
-/// Slip angle of the front axle, which lies lf [m] before the centre of gravity and is steered by delta [rad].
+/// Slip angle of the front axle, which lies lf [m] before the centre of gravity, with its road wheels at delta [rad].
+/// That is the angle that acts (Quantities::delta); of a commanded one (State::delta) comes the slip of wheels that
+/// stand as commanded.
 template <class T>
 T front_slip(const std::type_identity_t<T>& forward, const T& vy, const std::type_identity_t<T>& omega,
              const std::type_identity_t<T>& delta, const std::type_identity_t<T>& lf) {

@@ -229,37 +229,51 @@ bool soon_slow(const SpeedCurve& rolling, double top) {
   return -rolling.at(v) * turn_time > most_lost * v;
 }
 
-/// A turn that tightens at a constant throttle or brake; empty where the steering ends before the tyres do. `brisk`: in
-/// less time, so that the speed is not lost, and tyres have given their most where less than half of what was steered
-/// for came of it.
-std::optional<Turn> tighten(Dynamometer& dyno, double v, double share, const SpeedCurve& rolling, bool brisk) {
+/// Drives a turn that tightens, from a speed at a constant throttle or brake: to gravity across in this time, and on to
+/// more than twice of it, until the car is slow or slides.
+Drive tightening_turn(Dynamometer& dyno, double v, double d, double time) {
   const Car& car = dyno.car();
-  const double d = share > 0 ? share * car.d_max : -share * car.d_min;
   const double wheelbase = car.lf + car.lr;
-  const double loss = std::max(-rolling.at(v), 1e-9);
-  const double time = brisk ? std::min(turn_time, most_lost * v / loss) : turn_time;
   const double rate = std::min(car.ddelta_max, (wheelbase * gravity / (v * v) + peak_slip) / time);
   const auto input = [&](double t) { return DriverInput{d, std::min(rate * t, car.delta_max)}; };
   const auto ended = [&](const Drive& drive) {
     const Moment& now = drive.back();
     return now.t > 2.5 * time || now.v < 0.2 * v || std::abs(now.sideslip) > 0.5;
   };
-  const Drive drive = dyno.drive(v, input, ended);
-  const auto most =
-      std::max_element(drive.begin(), drive.end(), [&](const Moment& a, const Moment& b) { return held(a) < held(b); });
-  if (most == drive.end() || held(*most) <= 0) return std::nullopt;
-  const bool most_there_is = brisk && held(*most) < 0.5 * most->v * most->v * most->delta / wheelbase;
-  if (!most_there_is && (unfinished(drive, most, car.delta_max) || (brisk && follows(drive, most))))
-    return std::nullopt;
-  Turn turn{share, most->v, held(*most), most->along};
-  double weight = 0;
+  return dyno.drive(v, input, ended);
+}
+
+/// Whether the tyres gave their most in a turn, at this moment of it.
+bool tyres_gave_most(const Drive& drive, Drive::const_iterator most, const Car& car, bool brisk) {
+  // Less than half of what was steered for came of it.
+  if (brisk && held(*most) < 0.5 * most->v * most->v * most->delta / (car.lf + car.lr)) return true;
+  return !unfinished(drive, most, car.delta_max) && !(brisk && follows(drive, most));
+}
+
+/// What turning costs beside rolling, over the square of the acceleration across [s2/m]: the sums of both over the
+/// looser part of a turn up to a moment at which it held this much across.
+double bend_before(const Drive& drive, Drive::const_iterator most, double across, const SpeedCurve& rolling) {
+  double bend = 0, weight = 0;
   for (auto x = drive.begin(); x != most; ++x) {
-    if (x->across < 0.3 * turn.across || x->across > 0.85 * turn.across) continue;
-    turn.bend += rolling.at(x->v) - x->along;
+    if (x->across < 0.3 * across || x->across > 0.85 * across) continue;
+    bend += rolling.at(x->v) - x->along;
     weight += x->across * x->across;
   }
-  turn.bend = weight > 0 ? std::max(0.0, turn.bend / weight) : 0.0;
-  return turn;
+  return weight > 0 ? std::max(0.0, bend / weight) : 0.0;
+}
+
+/// The most that a turn holds which tightens from a speed at a constant share of throttle or brakes; empty where the
+/// steering ends before the tyres do. `brisk`: in less time, so that the speed is not lost.
+std::optional<Turn> tightest(Dynamometer& dyno, double v, double share, const SpeedCurve& rolling, bool brisk) {
+  const Car& car = dyno.car();
+  const double d = share > 0 ? share * car.d_max : -share * car.d_min;
+  const double loss = std::max(-rolling.at(v), 1e-9);
+  const double time = brisk ? std::min(turn_time, most_lost * v / loss) : turn_time;
+  const Drive drive = tightening_turn(dyno, v, d, time);
+  const auto most =
+      std::max_element(drive.begin(), drive.end(), [](const Moment& a, const Moment& b) { return held(a) < held(b); });
+  if (most == drive.end() || held(*most) <= 0 || !tyres_gave_most(drive, most, car, brisk)) return std::nullopt;
+  return Turn{share, most->v, held(*most), most->along, bend_before(drive, most, held(*most), rolling)};
 }
 
 /// Least squares over v^2, neither part below zero.
@@ -287,7 +301,7 @@ std::vector<Turn> turns_at(Dynamometer& dyno, const PlantEnvelope& e, std::initi
   for (const double share : shares)
     for (int i = 0; i < speeds; ++i) {
       const double v = e.throttle.v0 * std::pow(e.top / e.throttle.v0, (i + 0.5) / speeds);
-      if (const auto turn = tighten(dyno, v, share, e.rolling, brisk)) turns.push_back(*turn);
+      if (const auto turn = tightest(dyno, v, share, e.rolling, brisk)) turns.push_back(*turn);
     }
   return turns;
 }

@@ -118,10 +118,11 @@ class Ocp {
     }
   }
 
-  /// Bounds the steering so that the front axle slips by no more than `largest` [rad] where it moves as in `x`, rows of
-  /// a plan [N+1][states], as far as the steering's rate allows from the present angle on. Where the rear axle slips by
-  /// more than `rear` [rad] there, as in a spin that begins, the bound on the side that turns the car further in falls
-  /// with what is too much, to none at twice that slip and to as much to the other side at three times.
+  /// Bounds the commanded steering angle to `largest` [rad] beside the course of the front axle as it moves in `x`,
+  /// rows of a plan [N+1][states], as far as the steering's rate allows from the present angle on: the slip of the axle
+  /// once its wheels stand as commanded. Where the rear axle slips by more than `rear` [rad] there, as in a spin that
+  /// begins, the bound on the side that turns the car further in falls with what is too much, to none at twice that
+  /// slip and to as much to the other side at three times.
   void bound_front_slip(std::span<const double> x, double largest,
                         double rear = std::numeric_limits<double>::infinity()) {
     const std::size_t n = x0_.size();

@@ -37,7 +37,8 @@ double saturation_slip(double limit, const Force& force) {
   return largest > 0.0 && slip < clearly * limit ? slip : std::numeric_limits<double>::infinity();
 }
 
-/// The saturation_slip() [rad] of the front axle of a car that moves straight on at vx [m/s], coasting on a flat road.
+/// The saturation_slip() [rad] of the front axle of a car that moves straight on at vx [m/s], coasting on a flat road,
+/// as the steering angle that is commanded: a model's gain of the steering is in it, and lags have settled.
 /// Infinite for models without slip.
 inline double front_saturation_slip(Prediction& model, const Car& car, double vx) {
   return saturation_slip(car.delta_max, [&](double slip) {
@@ -49,7 +50,7 @@ inline double front_saturation_slip(Prediction& model, const Car& car, double vx
 }
 
 /// The saturation_slip() [rad] of the rear axle of a car that slides sideways at vx [m/s] forward, its front wheels
-/// turned to where it moves so that they give no side force.
+/// commanded to point where it moves so that they give no side force.
 inline double rear_saturation_slip(Prediction& model, const Car& car, double vx) {
   return saturation_slip(car.delta_max, [&](double slip) {
     State x;

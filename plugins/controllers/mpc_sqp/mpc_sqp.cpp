@@ -1,8 +1,8 @@
 // Model-predictive control in real time: the problem of mpc/ocp.hpp, the paper's, by the sequential quadratic
 // programming of sqp.hpp.
 //
-// With `front_slip` the steering stays where the front axle slips no further than its tyres gain force, along the plan
-// of the step before.
+// With `front_slip` the commanded steering angle stays where the front axle, with its wheels as commanded, slips no
+// further than its tyres gain force, along the plan of the step before.
 //
 // The plan of the step before, shifted by one, is the start. A solve that does not converge is counted as failed; its
 // best iterate, in the worst case the shifted plan, is driven, and the next step starts anew if not even one program
@@ -86,7 +86,8 @@ class MpcSqp final : public Controller {
   }
 
  private:
-  /// Bounds the steering by the front axle's slip where the car moves as the shifted plan says (`front_slip`).
+  /// Bounds the commanded steering angle by the front axle's slip where the car moves as the shifted plan says
+  /// (`front_slip`).
   void bound_front_slip(const Observation& now, Prediction& model) {
     if (!(front_slip_ > 0.0)) return;
     const Car& car = ocp_.car();

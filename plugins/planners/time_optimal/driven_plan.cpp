@@ -5,6 +5,11 @@
 
 namespace gripline::time_optimal {
 
+double share_of_way_in(double dt, double share) {
+  const double left = 1.0 - share;
+  return share * ((1.0 - std::pow(left, dt / 0.02)) / (1.0 - left));  // exactly `share` in 20 ms
+}
+
 DrivenPlan::DrivenPlan(const LapSetup& setup, double mu)
     : setup_(&setup), mu_(setup.nodes().s.size(), mu), v_(mu_.size()), heading_(mu_.size() + 2) {
   for (const double station : setup.nodes().s) base_.push_back(setup.base().at(station));

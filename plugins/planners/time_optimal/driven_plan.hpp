@@ -11,6 +11,9 @@
 
 namespace gripline::time_optimal {
 
+/// Share of the way that is gone in `dt` seconds, where `share` of what is left of it is gone in 20 ms.
+double share_of_way_in(double dt, double share);
+
 class DrivenPlan {
  public:
   /// For a lap at this friction.

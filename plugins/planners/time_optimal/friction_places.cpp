@@ -8,9 +8,7 @@
 namespace gripline::time_optimal {
 namespace {
 
-constexpr double fall_share = 0.9;        // of the friction before it, that makes a place
-constexpr double rise_share = 0.67;       // of the way back, that ends it
-constexpr double settling = 0.2;          // [s] that a risen belief is waited for
+constexpr double fall_share = FrictionFall::share;
 constexpr double longest_delay = 0.2;     // [s] at most from the begin of a place to a belief that is not sure any more
 constexpr double least_evidence = 0.1;    // [s] of evidence of less friction
 constexpr double largest_place = 0.5;     // share of the road
@@ -20,12 +18,6 @@ constexpr double same_end = 0.2;          // [s] by which the ends of a place ar
 constexpr double same_grip = 0.05;        // and share of its grip
 
 }  // namespace
-
-bool FrictionPlaces::Seen::sure() const { return step >= 0 && 2.0 * spread <= (1.0 - fall_share) * mu; }
-
-bool FrictionPlaces::Seen::below(double friction) const {
-  return step >= 0 && (sure() ? mu : mu + 2.0 * spread) < friction;
-}
 
 FrictionPlaces::FrictionPlaces(std::size_t pieces, double dt, double doubt)
     : dt_(dt),
@@ -83,57 +75,42 @@ void FrictionPlaces::note(const Seen& here) {
 
 /// Follows a belief that falls until it comes back. Whether it was that of a place, which is known then.
 bool FrictionPlaces::watch(const Seen& here) {
-  if (!fallen_) {
+  if (!fall_) {
     look_for_fall(here);
     return false;
   }
-  Fallen& f = *fallen_;
-  f.lowest = std::min(f.lowest, here.mu);
-  // A learner that had come to believe too much comes back to less.
-  const double again = std::min(fall_share * f.level, f.lowest + rise_share * (f.level - f.lowest));
-  if (here.below(again)) {
-    if (f.ended) return give_up();  // it falls again: the first fall may have been the whole road's
-    f.low = here.piece;
-    f.last_evidence = now_;
-    ++f.evidence;
-    if (here.sure() && !f.surely) {
-      f.surely = true;
-      f.begin = f.joined = begin_of(f);
-    }
-  }
-  const bool back = here.sure() && here.mu >= again;
-  f.risen = back ? f.risen + dt_ : 0.0;
-  if (!back && !f.ended) {
-    f.ended = seconds(now_ - f.last_evidence) > doubt_;
-    f.last = f.ended ? f.low : here.piece;
-  }
-  if (!back && static_cast<double>(way_from(f.before.piece, here.piece)) > largest_place * static_cast<double>(size()))
+  const bool was_sure = fall_->is_sure();
+  const FrictionFall::Now now = fall_->see(here);
+  if (now == FrictionFall::Now::again) return give_up();
+  if (fall_->is_sure() && !was_sure) fall_->begin_at(begin_of(fall_->before()));
+  const std::size_t way = way_from(fall_->before().piece, here.piece);
+  if (now != FrictionFall::Now::back && static_cast<double>(way) > largest_place * static_cast<double>(size()))
     return give_up();  // the whole road's
-  return f.risen >= settling && learn(here.mu);
+  return fall_->is_over() && learn(here.mu);
 }
 
 /// Forgets a fall that was not that of a place. If a known place was extended backwards for it (begin_earlier()), that
 /// is undone. Whether a grip changed.
 bool FrictionPlaces::give_up() {
-  if (!fallen_) return false;
-  const Fallen f = *fallen_;
-  fallen_.reset();
-  for (std::size_t i = f.begin; i != f.joined; i = after(i)) grip_[i] = 1.0;
-  return f.begin != f.joined;
+  if (!fall_) return false;
+  const FrictionFall fall = *fall_;
+  fall_.reset();
+  for (std::size_t i = fall.begin(); i != fall.joined(); i = after(i)) grip_[i] = 1.0;
+  return fall.has_joined();
 }
 
 /// A sure fall just before a known place, to about its grip, is the place's: mu(t) stays what it was before the fall.
 /// Whether the place begins earlier now.
 bool FrictionPlaces::begin_earlier(const Seen& here) {
-  if (!fallen_ || !fallen_->surely || fallen_->begin != fallen_->joined || holding_) return false;
-  std::size_t first = fallen_->begin;
+  if (!fall_ || !fall_->is_sure() || fall_->has_joined() || holding_) return false;
+  std::size_t first = fall_->begin();
   for (std::size_t n = 0; n < size() / 8 && !(grip_[first] < 1.0); ++n) first = after(first);
-  const double grip = grip_[first], explained = fallen_->level * grip;
-  if (first == fallen_->begin || !(grip < 1.0) || !(std::abs(here.mu - explained) <= 2.0 * same_grip * explained))
+  const double grip = grip_[first], explained = fall_->level() * grip;
+  if (first == fall_->begin() || !(grip < 1.0) || !(std::abs(here.mu - explained) <= 2.0 * same_grip * explained))
     return false;
-  for (std::size_t i = fallen_->begin; i != first; i = after(i)) grip_[i] = grip;
-  fallen_->joined = first;
-  mu_ = fallen_->level;
+  for (std::size_t i = fall_->begin(); i != first; i = after(i)) grip_[i] = grip;
+  fall_->join(first);
+  mu_ = fall_->level();
   return true;
 }
 
@@ -146,50 +123,41 @@ void FrictionPlaces::look_for_fall(const Seen& here) {
   if (!here.below(fall_share * level)) return;
   for (long k = now_ - 1; k >= first; --k)
     if (recent(k).sure() && recent(k).mu >= fall_share * level) {
-      fallen_ = Fallen{.before = recent(k),
-                       .level = level,
-                       .last_evidence = now_,
-                       .evidence = 1,
-                       .lowest = here.mu,
-                       .surely = here.sure(),
-                       .begin = recent(k).piece,
-                       .last = here.piece,
-                       .low = here.piece,
-                       .risen = 0.0,
-                       .ended = false,
-                       .joined = recent(k).piece};
-      if (here.sure()) fallen_->begin = fallen_->joined = begin_of(*fallen_);
+      fall_.emplace(recent(k), level, here, dt_, doubt_);
+      if (here.sure()) fall_->begin_at(begin_of(recent(k)));
       return;
     }
 }
 
 /// The place of a fall that ended, where mu is believed now: in place of what was known there. Whether that is new.
 bool FrictionPlaces::learn(double mu) {
-  const Fallen f = *fallen_;
-  const double level = fall_share * f.level, grip = settled(f.before.piece, f.last, level) / mu;
-  const std::size_t pieces = way_from(f.begin, f.last);
-  const bool place = seconds(f.evidence) >= least_evidence && grip < fall_share &&
+  const FrictionFall fall = *fall_;
+  const std::size_t before_fall = fall.before().piece, begin = fall.begin(), last = fall.last();
+  const double level = fall_share * fall.level(), grip = settled(before_fall, last, level) / mu;
+  const std::size_t pieces = way_from(begin, last);
+  const bool place = fall.evidence() >= least_evidence && grip < fall_share &&
                      static_cast<double>(pieces) <= largest_place * static_cast<double>(size()) &&
-                     way_from(f.before.piece, f.last) <= pieces;
+                     way_from(before_fall, last) <= pieces;
   if (!place) return give_up();
-  fallen_.reset();
-  if (is_known(f, grip)) return false;
+  fall_.reset();
+  if (is_known(fall, grip)) return false;
   // The rest of what was known of this place, but not a neighbour.
   const auto was_of_it = [&](std::size_t i) { return grip_[i] < 1.0 && !passed_[i].below(level); };
-  for (std::size_t i = before(f.begin); was_of_it(i); i = before(i)) grip_[i] = 1.0;
-  for (std::size_t i = after(f.last); was_of_it(i); i = after(i)) grip_[i] = 1.0;
-  for (std::size_t i = f.begin;; i = after(i)) {
+  for (std::size_t i = before(begin); was_of_it(i); i = before(i)) grip_[i] = 1.0;
+  for (std::size_t i = after(last); was_of_it(i); i = after(i)) grip_[i] = 1.0;
+  for (std::size_t i = begin;; i = after(i)) {
     grip_[i] = grip;
-    if (i == f.last) return true;
+    if (i == last) return true;
   }
 }
 
-/// The slower a learner finds the new friction, the longer it took before it began to doubt the old one.
-std::size_t FrictionPlaces::begin_of(const Fallen& f) const {
-  const double took = seconds(now_ - f.before.step);
+/// Where a place begins: the slower a learner finds the new friction, the longer it took before it began to doubt the
+/// old one.
+std::size_t FrictionPlaces::begin_of(const Seen& sure_before) const {
+  const double took = seconds(now_ - sure_before.step);
   const long early = std::lround(std::clamp(took, 0.0, longest_delay) / dt_);
-  const long step = std::max(since_, f.before.step - early);
-  return step > now_ - static_cast<long>(recent_.size()) ? recent(step).piece : f.before.piece;
+  const long step = std::max(since_, sure_before.step - early);
+  return step > now_ - static_cast<long>(recent_.size()) ? recent(step).piece : sure_before.piece;
 }
 
 /// The quartile of what was believed on some pieces, of what is evidence of less than `level`: a learner takes its time
@@ -207,15 +175,16 @@ double FrictionPlaces::settled(std::size_t first, std::size_t last, double level
 }
 
 /// Whether a fall is that of a known place, with nearly the same ends and grip.
-bool FrictionPlaces::is_known(const Fallen& f, double grip) const {
-  for (std::size_t i = f.before.piece;; i = after(i)) {
+bool FrictionPlaces::is_known(const FrictionFall& fall, double grip) const {
+  const std::size_t before_fall = fall.before().piece;
+  for (std::size_t i = before_fall;; i = after(i)) {
     if (!(std::abs(grip_[i] - grip) <= same_grip * grip)) return false;
-    if (i == f.last) break;
+    if (i == fall.last()) break;
   }
-  const std::size_t first = first_of_place(f.before.piece), last = last_of_place(f.last);
+  const std::size_t first = first_of_place(before_fall), last = last_of_place(fall.last());
   const auto steps = [&](std::size_t from, std::size_t to) { return passed_[to].step - passed_[from].step; };
-  const bool passed = steps(f.last, last) >= 0;  // the car is not in it any more
-  return passed && seconds(steps(first, f.begin)) <= same_end && seconds(steps(f.last, last)) <= same_end;
+  const bool passed = steps(fall.last(), last) >= 0;  // the car is not in it any more
+  return passed && seconds(steps(first, fall.begin())) <= same_end && seconds(steps(fall.last(), last)) <= same_end;
 }
 
 void FrictionPlaces::in_place(std::size_t piece, double mu) {
@@ -224,9 +193,8 @@ void FrictionPlaces::in_place(std::size_t piece, double mu) {
     as_before_ = true;
     entered_ = piece;
     // It may begin a little earlier than was known.
-    if (fallen_ && seconds(now_ - fallen_->before.step) < doubt_ &&
-        mu >= explained_share * fallen_->level * grip_[piece])
-      mu_ = fallen_->level;
+    if (fall_ && seconds(now_ - fall_->before().step) < doubt_ && mu >= explained_share * fall_->level() * grip_[piece])
+      mu_ = fall_->level();
   }
   const double explained = mu_ * grip_[piece];
   if (mu < 0.5 * (mu_ + explained)) as_before_ = false;

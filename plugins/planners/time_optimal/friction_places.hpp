@@ -17,6 +17,8 @@
 #include <optional>
 #include <vector>
 
+#include "planners/time_optimal/friction_fall.hpp"
+
 namespace gripline::time_optimal {
 
 class FrictionPlaces {
@@ -35,30 +37,7 @@ class FrictionPlaces {
   double grip(std::size_t piece) const { return grip_[piece]; }
 
  private:
-  /// A belief and where it was.
-  struct Seen {
-    std::size_t piece = 0;
-    double mu = 0, spread = 0;
-    long step = -1;  // -1: never
-    bool sure() const;
-    /// Evidence of less friction than this.
-    bool below(double friction) const;
-  };
-  /// A belief that fell and has not come back yet.
-  struct Fallen {
-    Seen before;         // the last sure belief of the friction that it fell from
-    double level;        // that friction
-    long last_evidence;  // step
-    int evidence;        // steps
-    double lowest;       // friction believed since
-    bool surely;         // a belief since was sure() itself, not only below() the level
-    std::size_t begin;   // piece where the place begins, if it is one
-    std::size_t last;    // piece where the belief was not back yet
-    std::size_t low;     // piece with the last evidence
-    double risen;        // [s] for which it has been back
-    bool ended;          // long without evidence
-    std::size_t joined;  // pieces from `begin` up to here, where a known place began, were joined to it; `begin`: none
-  };
+  using Seen = SeenFriction;
 
   std::size_t size() const { return grip_.size(); }
   std::size_t before(std::size_t i) const { return i > 0 ? i - 1 : size() - 1; }
@@ -73,13 +52,13 @@ class FrictionPlaces {
 
   // A belief that falls, until it comes back.
   void look_for_fall(const Seen& here);
-  std::size_t begin_of(const Fallen& f) const;
+  std::size_t begin_of(const Seen& sure_before) const;
   bool watch(const Seen& here);
   bool begin_earlier(const Seen& here);
   bool give_up();
   bool learn(double mu);
   double settled(std::size_t first, std::size_t last, double level);
-  bool is_known(const Fallen& f, double grip) const;
+  bool is_known(const FrictionFall& fall, double grip) const;
 
   // A place that is known.
   void in_place(std::size_t piece, double mu);
@@ -96,8 +75,8 @@ class FrictionPlaces {
   double mu_ = std::numeric_limits<double>::quiet_NaN();
   double behind_ = 0;  // [s] since the car left it
   bool holding_ = false;
-  bool as_before_ = false;  // the belief has not fallen in this place yet
-  std::optional<Fallen> fallen_;
+  bool as_before_ = false;            // the belief has not fallen in this place yet
+  std::optional<FrictionFall> fall_;  // of a belief that has not come back yet
 };
 
 }  // namespace gripline::time_optimal

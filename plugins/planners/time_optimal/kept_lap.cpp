@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <initializer_list>
 
 #include "planners/time_optimal/lap_dynamics.hpp"
@@ -9,9 +10,8 @@
 namespace gripline::time_optimal {
 namespace {
 
-void multiply(KeptLap::States& z, std::initializer_list<LapVariable> which, double factor) {
-  for (const LapVariable j : which) z[static_cast<std::size_t>(j)] *= factor;
-}
+/// Friction over that which was solved for, where it is less.
+double share_of(double solved_for, double mu) { return std::min(1.0, mu / std::max(solved_for, 1e-6)); }
 
 }  // namespace
 
@@ -23,27 +23,32 @@ KeptLap::KeptLap(const LapSetup& setup, const AxleTyres& tyres)
   for (std::size_t i = 0; i < nodes_.size(); ++i) nodes_[i].z = first_lap_[i];
 }
 
-KeptLap::States KeptLap::slowed(std::size_t node, double mu) const {
-  States z = nodes_[node].z;
-  multiply(z, {lap_vx, lap_vy, lap_omega}, std::min(1.0, std::sqrt(mu / std::max(solved_for_[node], 1e-6))));
+KeptLap::States KeptLap::at_share(States z, double share) {
+  const double slower = std::sqrt(share);
+  for (const std::size_t j : {lap_vx, lap_vy, lap_omega}) z[j] *= slower;
   return z;
+}
+
+KeptLap::States KeptLap::slowed(std::size_t node, double mu) const {
+  return at_share(nodes_[node].z, share_of(solved_for_[node], mu));
 }
 
 void KeptLap::slow_down(std::size_t node, double mu) {
   if (mu >= 0.97 * solved_for_[node]) return;
   nodes_[node].z = slowed(node, mu);
-  nodes_[node].z[lap_a] *= mu / solved_for_[node];
+  nodes_[node].z[lap_a] *= share_of(solved_for_[node], mu);
   solved_for_[node] = mu;
 }
 
 void KeptLap::scale(std::size_t i, double share, double mu) {
   const double slower = std::sqrt(share);
   WindowNode& node = nodes_[i];
-  multiply(node.z, {lap_vx, lap_vy, lap_omega, lap_rate}, slower);
+  node.z = at_share(node.z, share);
+  node.z[lap_rate] *= slower;
   node.z[lap_a] *= share;
   // Time per typical size: of ways and angles it grows as time does, of speeds once more.
-  for (const int j : {lap_n, lap_xi, lap_delta}) node.pi[static_cast<std::size_t>(j)] /= slower;
-  for (const int j : {lap_vx, lap_vy, lap_omega}) node.pi[static_cast<std::size_t>(j)] /= share;
+  for (const std::size_t j : {lap_n, lap_xi, lap_delta}) node.pi[j] /= slower;
+  for (const std::size_t j : {lap_vx, lap_vy, lap_omega}) node.pi[j] /= share;
   solved_for_[i] = std::min(solved_for_[i], mu);
 }
 
@@ -54,9 +59,7 @@ void KeptLap::remember() {
 void KeptLap::reset(std::size_t i, double mu) {
   nodes_[i].started = false;
   nodes_[i].pi = {};
-  nodes_[i].z = first_lap_[i];
-  solved_for_[i] = first_mu_;
-  nodes_[i].z = slowed(i, mu);
+  nodes_[i].z = at_share(first_lap_[i], share_of(first_mu_, mu));
   solved_for_[i] = std::min(first_mu_, mu);
 }
 

@@ -1,7 +1,11 @@
 // The whole lap that windows are solved of, as the iterate of its program, and how it is carried over to less friction.
 //
 // But for resistances and limits of drive and brakes, a car's motion at a share of the friction is the same, along the
-// same way with the same slips, at speeds that are lower by the share's square root.
+// same way with the same slips, at speeds that are lower by the share's square root (at_share()). How much of an
+// iterate goes with its states depends on what it is for:
+//   slowed(), reset()  states alone: ends of a window, and a start for Newton steps
+//   slow_down()        and the acceleration that was planned: what a window finds where it comes to new nodes
+//   scale()            and all inputs and multipliers: a window that goes on as good as it was
 #pragma once
 
 #include <array>
@@ -20,6 +24,9 @@ class KeptLap {
 
   /// The base line, driven at nearly the speed that these tyres allow on it.
   KeptLap(const LapSetup& setup, const AxleTyres& tyres);
+
+  /// The states of the same motion at this share of its friction, with inputs as they are.
+  static States at_share(States z, double share);
 
   std::size_t size() const { return nodes_.size(); }
   std::vector<WindowNode>& nodes() { return nodes_; }

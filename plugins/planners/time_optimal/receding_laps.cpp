@@ -21,7 +21,7 @@ constexpr double barrier_per_change = 0.01;                     // barrier over 
 constexpr double least_change = 0.005, stalled_barrier = 2e-4;  // changes and stalls that raise it
 constexpr double driven_barrier = 1e-4;  // of what is driven: it costs a part of that per constraint
 // A plan that begins at a car which has left its last one: it may keep away further from constraints, obey the dynamics
-// less well, takes more Newton steps and is followed faster.
+// less well, takes more Newton steps and is followed faster: by this share of the way in 20 ms.
 constexpr double astray_barrier = 1e-3, astray_defect = 0.03, astray_follow = 0.5;
 constexpr int astray_work = 3;  // times the Newton steps of other control steps
 
@@ -48,7 +48,8 @@ RecedingLaps::RecedingLaps(const LapSetup& setup, const CarBelief& car, const Re
       mu_(mu_of(car.tyres)),
       lap_(setup, car.tyres),
       window_(setup, std::min(most_nodes_, short_window), options.ahead),
-      driven_(setup, mu_) {
+      driven_(setup, mu_),
+      health_(options.dt) {
   tell_solver();
   solve_whole_lap();
   lap_.remember();
@@ -173,7 +174,7 @@ void RecedingLaps::start_again(double barrier) {
 
 /// The window at a share of the friction it was for.
 void RecedingLaps::slow_window(double share) {
-  for (const int j : {lap_vx, lap_vy, lap_omega}) begin_[static_cast<std::size_t>(j)] *= std::sqrt(share);
+  begin_ = KeptLap::at_share(begin_, share);
   for (std::size_t k = 0; k <= window_.count(); ++k) lap_.scale(window_.node(k), share, mu_at(window_.node(k)));
   end_ = lap_.at(window_.last());
 }
@@ -210,7 +211,7 @@ void RecedingLaps::tell_solver() {
 /// that is solved for, begins again with the car believed.
 void RecedingLaps::advance_belief(const CarBelief& car, double spread) {
   constexpr double finest = 0.002;          // of tyre force over its peak, or of resistance over weight
-  constexpr double largest = 0.02;          // in a control step
+  constexpr double largest = 0.02;          // in a control step, whatever its length: what Newton steps bear
   constexpr double share_of_spread = 0.25;  // by which a belief moves before anything is solved again
   if (!finite(car)) return;
   const double resolution = std::max(finest, share_of_spread * spread);
@@ -272,9 +273,10 @@ void RecedingLaps::step(const CarBelief& car, double spread, double station, Lap
   const bool drivable = settled_ || defect_ < drivable_defect;
   if (health_.control_step(drivable)) raise_barrier_of_a_stall();
   if (astray != nullptr) {
-    if (defect_ < astray_defect && barrier_ <= astray_barrier) publish(plan, 0, astray_follow);
+    if (defect_ < astray_defect && barrier_ <= astray_barrier)
+      publish(plan, 0, share_of_way_in(options_.dt, astray_follow));
   } else if (drivable && barrier_ <= driven_barrier) {
-    publish(plan, 1, options_.follow);
+    publish(plan, 1, share_of_way_in(options_.dt, options_.follow));
   }
   driven_.set_speeds(window_, mu_of(car.tyres), plan);
   changed_ = window_.count();

@@ -38,7 +38,8 @@ struct RecedingOptions {
   double ahead = 6.0;    // [s] of plan
   int nodes = 200;       // most of a window; beyond 100 no more than half of the lap's
   int iterations = 2;    // Newton steps in a control step, at most
-  double follow = 0.05;  // share of the way to a settled window that the driven plan goes in a control step
+  double follow = 0.05;  // share of the way to a settled window that the driven plan goes in 20 ms, above 0
+  double dt = 0.02;      // [s] of a control step
 };
 
 class RecedingLaps {

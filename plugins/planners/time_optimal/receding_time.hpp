@@ -32,7 +32,7 @@ class RecedingTime final : public LapPlanner {
         std::tuple{
             param("ahead", &P::ahead, "s", {0.5, 60}, "how far the program reaches"),
             param("follow", &P::follow, "1", {0.01, 1},
-                  "share of the way to a new solution that the driven plan goes in a control step"),
+                  "share of the way to a new solution that the driven plan goes in 20 ms"),
             param("ellipse", &P::ellipse, "1", {0, 5},
                   "largest drive or brake force over largest side force of a tyre, for each axle at its load; 0: "
                   "what `combined` says"),
@@ -64,7 +64,11 @@ class RecedingTime final : public LapPlanner {
              .full_slip_until_speed = params.full_slip_until_speed,
              .small_slip_from_speed = params.small_slip_from_speed}),
         laps_(setup(), {scaled_to(typical().tyres, mu_lap()), typical().resistance},
-              {.ahead = params.ahead, .nodes = params.nodes, .iterations = params.iterations, .follow = params.follow}),
+              {.ahead = params.ahead,
+               .nodes = params.nodes,
+               .iterations = params.iterations,
+               .follow = params.follow,
+               .dt = context.dt}),
         slip_bound_slow_car_(params.slip_bound_slow_car),
         from_car_state_(params.from_car_state) {
     if (params.places) places_.emplace(setup().nodes().s.size(), context.dt, learner_doubts(context.car));

@@ -13,7 +13,7 @@ class TyreBelief {
  public:
   TyreBelief(const Car& car, const LapParams& params);
 
-  /// The slips of a control step.
+  /// The slips of a control step, those of front wheels that stand as commanded.
   void see(const State& x);
   /// `learned`: null where nothing is.
   AxleTyres tyres(const Belief& belief, const TyreCurve* learned) const;

@@ -1,15 +1,18 @@
-#include <Eigen/Dense>
+#include <gtest/gtest.h>
 
-#include "common/learning/difference_rls.hpp"
-#include "common/learning/friction_ellipse.hpp"
-#include "common/learning/generic_tyres.hpp"
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
 #include "support/allocation_counter.hpp"
 #include "support/learning_rig.hpp"
 
 namespace gripline {
 namespace test_elm_rls {
 
-using namespace learning;
 using namespace rig;
 
 double fresh(double) { return 1.0; }
@@ -64,75 +67,6 @@ Tracking track(Estimator& estimator, Nominal& nominal, const Drive& drive, doubl
   out.covered /= n;
   out.sigma_front_at_end = estimator.belief().sigma_front;
   return out;
-}
-
-TEST(DifferenceRls, EqualsGeneralisedLeastSquaresWithTheNoisesTrueCovariance) {
-  std::mt19937_64 random(5);
-  std::normal_distribution<double> normal;
-  const int p = 3, steps = 25;
-  const double sigma = 0.3, misfit = 0.05, h = 0.1;
-  const Eigen::MatrixXd rows = Eigen::MatrixXd::NullaryExpr(steps, p, [&] { return normal(random); });
-  const Eigen::VectorXd y = Eigen::VectorXd::NullaryExpr(steps, [&] { return normal(random); });
-
-  DifferenceRls rls(p, 1);
-  rls.covariance().setIdentity();
-  rls.break_sequence(&sigma);
-  for (int k = 0; k < steps; ++k) {
-    rls.begin_step(&sigma);
-    rls.update(rls.innovation(0, rows.row(k).transpose(), y[k], h, misfit));
-  }
-
-  Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(steps, steps);  // of differences of white noise: tridiagonal
-  for (int k = 0; k < steps; ++k) {
-    noise(k, k) = 2 * sigma * sigma / (h * h) + misfit * misfit;
-    if (k > 0) noise(k, k - 1) = noise(k - 1, k) = -sigma * sigma / (h * h);
-  }
-  const Eigen::MatrixXd weighted = noise.llt().solve(rows);
-  const Eigen::MatrixXd covariance = (rows.transpose() * weighted + Eigen::MatrixXd::Identity(p, p)).inverse();
-  const Eigen::VectorXd estimate = covariance * (weighted.transpose() * y);
-  EXPECT_LT((rls.theta() - estimate).norm(), 1e-10);
-  EXPECT_LT((rls.covariance() - covariance).norm(), 1e-10);
-}
-
-TEST(GenericTyres, PriorIsTheMixtureItClaims) {
-  SplitMix64 random(1);
-  const TyrePrior prior;
-  const GenericTyres tyres(40, prior, random);
-  std::vector<double> h(40, 0.0), slope(40, 0.0), lo(40, 0.0), hi(40, 0.0);
-  tyres.add(0.3, 1.0, h);
-  tyres.add_slope(0.3, 1.0, slope);
-  tyres.add(0.3 - 1e-6, 1.0, lo);
-  tyres.add(0.3 + 1e-6, 1.0, hi);
-  const Eigen::MatrixXd covariance = tyres.prior_covariance();
-  double mean = 0, square = 0, implied = 0;
-  for (int a = 0; a < 40; ++a) {
-    EXPECT_NEAR(slope[a], (hi[a] - lo[a]) / 2e-6, 1e-6);
-    EXPECT_GT(h[a], 0.0);
-    EXPECT_LE(h[a], 1.0);
-    mean += prior.friction * h[a] / 40;
-    square += prior.friction * prior.friction * (1 + 0.09) * h[a] * h[a] / 40;
-    for (int b = 0; b < 40; ++b) implied += h[a] * covariance(a, b) * h[b];
-  }
-  EXPECT_NEAR(implied, square - mean * mean, 1e-12);
-}
-
-TEST(FrictionEllipse, TakesFromTheSideWhatDriveAndBrakesUse) {
-  const FrictionEllipse none;
-  EXPECT_EQ(none.side_share(Axle::front, 5000.0, 1.0, 6000.0), 1.0);
-  const FrictionEllipse ellipse{1.1, 0.4, 0.6};
-  // Drive: 0.4 in front, 0.6 behind; brakes the other way round. The load stretches the ellipse.
-  EXPECT_NEAR(ellipse.side_share(Axle::front, 5000.0, 1.0, 6000.0), std::sqrt(1 - square(2000 / 6600.0)), 1e-12);
-  EXPECT_NEAR(ellipse.side_share(Axle::rear, 5000.0, 1.0, 6000.0), std::sqrt(1 - square(3000 / 6600.0)), 1e-12);
-  EXPECT_NEAR(ellipse.side_share(Axle::front, -5000.0, 1.2, 6000.0), std::sqrt(1 - square(3000 / 7920.0)), 1e-12);
-  EXPECT_NEAR(ellipse.side_share(Axle::rear, -5000.0, 0.8, 6000.0), std::sqrt(1 - square(2000 / 5280.0)), 1e-12);
-  EXPECT_DOUBLE_EQ(ellipse.side_share(Axle::rear, 1e6, 1.0, 6000.0), 0.2);
-  Dual8 force(5000.0);
-  force.d[0] = 1.0;
-  const double h = 1e-3;
-  const double slope = (ellipse.side_share(Axle::rear, 5000.0 + h, 1.0, 6000.0) -
-                        ellipse.side_share(Axle::rear, 5000.0 - h, 1.0, 6000.0)) /
-                       (2 * h);
-  EXPECT_NEAR(ellipse.side_share(Axle::rear, force, Dual8(1.0), 6000.0).d[0], slope, 1e-9);
 }
 
 TEST(ElmRls, ExpectsAnotherFrictionThanIsPlannedFor) {
@@ -250,145 +184,6 @@ TEST(ElmRls, WhatIsCommonToBothAxlesKeepsThemTogether) {
   EXPECT_LT(largest_difference(0.95), 0.5 * largest_difference(0.0));
 }
 
-TEST(ElmRls, SamplesUnderDriveTeachNothingOfTheTyresWhereTold) {
-  Nominal nominal("ekinematic");
-  const auto rls = make_estimator("elm_rls", nominal, {{"most_drive", 0.0}});
-  Drive drive = drive_bends(6, 3, fresh);
-  learn(*rls, nominal, drive);
-  EXPECT_NEAR(rls->belief().mu_front, 1.0, 1e-9);
-  EXPECT_NEAR(rls->belief().mu_rear, 1.0, 1e-9);
-  EXPECT_GT(rls->belief().sigma_front, 0.2);
-}
-
-/// The true car's way through a slalom, begun at `speed`, with the wheels turned by up to `angle`; `pedal` and `factor`
-/// of step i.
-template <class Pedal, class Factor>
-Drive slalom(int steps, double speed, double angle, const Pedal& pedal, const Factor& factor, TrueCar car = {}) {
-  Drive drive;
-  State x;
-  x.vx = speed;
-  drive.x.push_back(x);
-  for (int i = 0; i < steps; ++i) {
-    car.factor = factor(i);
-    drive.u.push_back({pedal(i), (angle * std::sin(8.0 * i * dt) - x.delta) / dt});
-    x = car.step(x, drive.u.back());
-    drive.x.push_back(x);
-    drive.factor.push_back(car.factor);
-  }
-  return drive;
-}
-
-/// What 1.2 s of a slalom teach at one position of the pedal, where any drive is too much (`most_drive`), if friction
-/// is 0.91 in place of the expected 1.0. This car's brakes are weak: even an ellipse of 0.3 takes two per cent off the
-/// side forces that the true car has.
-Belief learned_at_pedal(double d, double sharing_spread, double angle = 0.3) {
-  Nominal nominal("ekinematic");
-  const auto rls = make_estimator("elm_rls", nominal,
-                                  {{"most_drive", 0.0},
-                                   {"sharing_spread", sharing_spread},
-                                   {"ellipse", 0.3},
-                                   {"drive_front", 0.5},
-                                   {"brake_front", 0.5}});
-  learn(*rls, nominal,
-        slalom(
-            60, 3.5, angle, [d](int) { return d; }, [](int) { return 1.0; }));
-  return rls->belief();
-}
-
-TEST(ElmRls, BrakingTeachesAsFarAsTheSharingOfFrictionIsKnown) {
-  const TrueCar truth;
-  const Belief untold = learned_at_pedal(-0.1, 0.0), told = learned_at_pedal(-0.1, 1.0);
-  const Belief unsure = learned_at_pedal(-0.1, 50.0), driven = learned_at_pedal(0.5, 1.0);
-  EXPECT_NEAR(total_mu(untold, truth.car), 1.0, 1e-9);
-  EXPECT_NEAR(total_mu(driven, truth.car), 1.0, 1e-9);
-  EXPECT_NEAR(total_mu(told, truth.car), truth.mu(), 0.05);
-  EXPECT_LT(told.sigma_front, 0.5 * untold.sigma_front);
-  EXPECT_GT(unsure.sigma_front, 1.2 * told.sigma_front);
-}
-
-// Of a car that brakes hard and hardly turns, what brakes leave of small side forces would pass for the tyres'
-// friction.
-TEST(ElmRls, BrakingStraightAheadTeachesNothingOfTheTyres) {
-  const Belief straight = learned_at_pedal(-0.1, 1.0, 0.02);
-  EXPECT_NEAR(straight.mu_front, 1.0, 1e-9);
-  EXPECT_NEAR(straight.mu_rear, 1.0, 1e-9);
-}
-
-/// What is believed after a slalom under little drive, which teaches, and some steps of another under much, which does
-/// not: there friction is `factor` of what it was.
-Belief belief_after_drive(double factor, int driven, double sharing_lasts) {
-  Nominal nominal("ekinematic");
-  const auto rls = make_estimator("elm_rls", nominal,
-                                  {{"most_drive", 0.15},
-                                   {"sigma_v", 0.002},
-                                   {"sigma_omega", 0.005},
-                                   {"sharing_spread", 1.0},
-                                   {"sharing_lasts", sharing_lasts},
-                                   {"ellipse", 1.0},
-                                   {"drive_front", 0.5},
-                                   {"brake_front", 0.5}});
-  constexpr int taught = 80;  // steps
-  learn(*rls, nominal,
-        slalom(
-            taught + driven, 2.5, 0.2, [](int i) { return i < taught ? 0.3 : 0.6; },
-            [factor](int i) { return i < taught ? 1.0 : factor; }));
-  return rls->belief();
-}
-double believed_after_drive(double factor, int driven = 30, double sharing_lasts = 1) {
-  return total_mu(belief_after_drive(factor, driven, sharing_lasts), TrueCar().car);
-}
-
-TEST(ElmRls, ADropUnderDriveIsNoticed) {
-  const double before = believed_after_drive(1.0, 0), kept = believed_after_drive(1.0),
-               fell = believed_after_drive(0.7);
-  EXPECT_NEAR(kept, before, 0.01 * before);
-  EXPECT_LT(fell, 0.85 * before);
-  EXPECT_GT(fell, 0.6 * before);
-}
-
-// What the tyres' share is then is known no better than before, and a drift goes on.
-TEST(ElmRls, DriveTeachesOfTyresForHalfASecondAfterADrop) {
-  const auto sigma = [](int driven) { return belief_after_drive(0.7, driven, 1).sigma_front; };
-  EXPECT_LT(sigma(29), 0.9 * sigma(17));  // it is noticed after 16 steps
-  EXPECT_GT(sigma(76), sigma(44));
-}
-
-TEST(ElmRls, ADropUnderDriveIsNoticedWhereTheSharingErrsForLong) {
-  const double before = believed_after_drive(1.0, 0, 9), fell = believed_after_drive(0.7, 30, 9);
-  EXPECT_LT(fell, 0.85 * before);
-  EXPECT_GT(fell, 0.6 * before);
-}
-
-/// Mean relative error of the learned side forces at a visited slip, of a car whose tyres lose nothing to drive, behind
-/// an ellipse that says they do, after a slalom half of which is driven.
-double force_error(double sharing_lasts) {
-  Nominal nominal("ekinematic");
-  const auto rls = make_estimator("elm_rls", nominal,
-                                  {{"sharing_spread", 1.0},
-                                   {"sharing_lasts", sharing_lasts},
-                                   {"ellipse", 0.4},
-                                   {"drive_front", 0.5},
-                                   {"brake_front", 0.5}});
-  learn(*rls, nominal,
-        slalom(
-            400, 2.0, 0.25, [](int i) { return i % 50 < 25 ? 0.25 : 0.0; }, [](int) { return 1.0; }));
-  const TrueCar truth;
-  double sum = 0;
-  for (const Axle axle : {Axle::front, Axle::rear}) {
-    const double slip = 0.15;
-    double force = 0, sigma = 0;
-    EXPECT_TRUE(rls->tyre_force(axle, {&slip, 1}, {&force, 1}, {&sigma, 1}));
-    sum += force / truth.force(axle, slip) - 1.0;
-  }
-  return 0.5 * sum;
-}
-
-TEST(ElmRls, AWrongSharingThatLastsTeachesLittleOfTheTyres) {
-  const double averaged = force_error(1.0), lasting = force_error(25.0);
-  EXPECT_GT(averaged, 0.025);
-  EXPECT_LT(std::abs(lasting), 0.75 * averaged);
-}
-
 /// What is believed of the true car after eight seconds of a slalom, half of it driven, in steps of 20 ms over `parts`
 /// under the same commands.
 Belief learned_in_short_steps(int parts, const Settings& settings) {
@@ -431,72 +226,6 @@ TEST(ElmRls, IsNoSurerAtShorterSteps) {
       EXPECT_NEAR(often.sigma_rear, usual.sigma_rear, 0.04 * usual.sigma_rear) << parts;
     }
   }
-}
-
-/// Largest error of vx' straight ahead, with full throttle to full brake, of the 1:43 car behind a nominal model that
-/// is told `share` of its motor and brakes.
-double straight_error(double spread, double share) {
-  const TrueCar truth;
-  Nominal told("ekinematic", {{"Cm1", share * truth.Cm1}, {"Cm2", share * truth.Cm2}});
-  const auto rls = make_estimator("elm_rls", told, {{"drive_spread", spread}, {"brake_spread", spread}});
-  learn(*rls, told, drive_bends(20, 3, fresh));
-  CorrectedModel model = corrected(told, *rls);
-  double largest = 0;
-  for (const double vx : {1.0, 2.0})
-    for (const double d : {-0.1, 0.3, 1.0}) {
-      State straight;
-      straight.vx = vx;
-      largest = std::max(largest, std::abs(model.rates(straight, {d, 0.0}, {}).vx - truth.rates(straight, d).vx));
-    }
-  return largest;
-}
-
-TEST(ElmRls, LearnsByHowMuchDriveAndBrakesDifferFromWhatItWasTold) {
-  for (const double share : {0.85, 1.15}) {
-    const double unlearned = straight_error(0.0, share), learned = straight_error(0.1, share);
-    EXPECT_GT(unlearned, 0.3);
-    EXPECT_LT(learned, 0.25 * unlearned) << share << ": " << learned << " of " << unlearned;
-  }
-  EXPECT_LT(straight_error(0.1, 1.0), 0.05);
-}
-
-/// What is learned of a car that drive turns at 8 mm: relative errors of the side forces at a visited slip, and the
-/// error of omega' in a driven turn [rad/s2].
-struct ArmErrors {
-  double front = 0, rear = 0, turning = 0;
-};
-ArmErrors arm_errors(double spread) {
-  TrueCar truth;
-  truth.arm = 8e-3;
-  Nominal nominal("ekinematic");
-  const auto rls = make_estimator("elm_rls", nominal, {{"arm_spread", spread}});
-  learn(*rls, nominal,
-        slalom(
-            300, 2.0, 0.25, [](int i) { return i % 50 < 35 ? 0.5 : 0.0; }, [](int) { return 1.0; }, truth));
-  const auto force_error = [&](Axle axle) {
-    const double slip = 0.15;
-    double force = 0, sigma = 0;
-    EXPECT_TRUE(rls->tyre_force(axle, {&slip, 1}, {&force, 1}, {&sigma, 1}));
-    return force / truth.force(axle, slip) - 1.0;
-  };
-  State turn;
-  turn.vx = 2.0;
-  turn.omega = 3.0;
-  turn.delta = 0.15;
-  CorrectedModel model = corrected(nominal, *rls);
-  return {force_error(Axle::front), force_error(Axle::rear),
-          model.rates(turn, {0.5, 0.0}, {}).omega - truth.rates(turn, 0.5).omega};
-}
-
-TEST(ElmRls, LearnsTheArmAtWhichDriveTurnsTheCar) {
-  const ArmErrors unlearned = arm_errors(0.0), learned = arm_errors(0.01);
-  EXPECT_LT(unlearned.turning, -2.0);
-  EXPECT_LT(std::abs(learned.turning), 0.1 * std::abs(unlearned.turning));
-  // Unlearned, what turns the car passes for grip of the front tyres, and for a lack of it at the rear.
-  EXPECT_GT(unlearned.front, 0.02);
-  EXPECT_LT(unlearned.rear, -0.01);
-  EXPECT_LT(std::abs(learned.front), 0.005);
-  EXPECT_LT(std::abs(learned.rear), 0.005);
 }
 
 TEST(ElmRls, CurveIsOddAndItsDeviationGrowsBeyondWhatWasSeen) {

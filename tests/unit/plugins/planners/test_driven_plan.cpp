@@ -70,5 +70,14 @@ TEST_F(DrivenPlanTest, OneNodeIsSlowedDownForAShareOfItsFriction) {
   EXPECT_EQ(now(4).v, then(4).v);
 }
 
+TEST(ShareOfWay, GoesAsFastAtAnyControlStep) {
+  for (const double share : {0.01, 0.05, 0.15, 0.5, 1.0}) {
+    EXPECT_EQ(share_of_way_in(0.02, share), share);
+    const double left = 1.0 - share_of_way_in(0.01, share);
+    EXPECT_NEAR(left * left, 1.0 - share, 1e-12);  // after two steps
+    EXPECT_NEAR(1.0 - share_of_way_in(0.04, share), (1.0 - share) * (1.0 - share), 1e-12);
+  }
+}
+
 }  // namespace test_driven_plan
 }  // namespace gripline

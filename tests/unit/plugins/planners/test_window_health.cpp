@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace gripline {
 namespace test_window_health {
 
@@ -15,7 +17,7 @@ int steps_until_given_up(WindowHealth& health, double moved) {
 }
 
 TEST(WindowHealth, IsStuckAfterNineNewtonStepsForNothing) {
-  WindowHealth health;
+  WindowHealth health(0.02);
   for (int i = 0; i < 8; ++i) health.newton_step(false);
   EXPECT_FALSE(health.is_stuck());
   health.newton_step(true);
@@ -26,7 +28,7 @@ TEST(WindowHealth, IsStuckAfterNineNewtonStepsForNothing) {
 }
 
 TEST(WindowHealth, StallsEverySixteenControlStepsWithoutAPlan) {
-  WindowHealth health;
+  WindowHealth health(0.02);
   for (int i = 1; i <= 48; ++i) EXPECT_EQ(health.control_step(false), i % 16 == 0) << i;
   for (int i = 1; i <= 15; ++i) EXPECT_FALSE(health.control_step(false));
   EXPECT_FALSE(health.control_step(true));
@@ -34,7 +36,7 @@ TEST(WindowHealth, StallsEverySixteenControlStepsWithoutAPlan) {
 }
 
 TEST(WindowHealth, IsLostAfterTwentySixControlStepsWithoutAPlan) {
-  WindowHealth health;
+  WindowHealth health(0.02);
   for (int i = 1; i <= 30; ++i) {
     static_cast<void>(health.control_step(false));
     EXPECT_EQ(health.is_lost(), i > 25) << i;
@@ -44,7 +46,7 @@ TEST(WindowHealth, IsLostAfterTwentySixControlStepsWithoutAPlan) {
 }
 
 TEST(WindowHealth, IsGivenUpLaterEachTimeUntilThereIsAPlan) {
-  WindowHealth health;
+  WindowHealth health(0.02);
   for (const int expected : {51, 101, 151, 151}) {
     EXPECT_EQ(steps_until_given_up(health, 0.01), expected);
     health.begin_for(0.01);
@@ -54,12 +56,29 @@ TEST(WindowHealth, IsGivenUpLaterEachTimeUntilThereIsAPlan) {
 }
 
 TEST(WindowHealth, IsGivenUpSoonerForAnotherCar) {
-  WindowHealth health;
+  WindowHealth health(0.02);
   EXPECT_EQ(steps_until_given_up(health, 0.01), 51);
   health.begin_for(0.01);
   EXPECT_EQ(steps_until_given_up(health, 0.06), 26);
   health.begin_for(0.06);
   EXPECT_EQ(steps_until_given_up(health, 0.01), 51);  // patience begins anew
+}
+
+TEST(WindowHealth, CountsSecondsAtAnyControlStep) {
+  for (const double dt : {0.005, 0.01, 0.02, 0.04}) {
+    const auto in_time = [dt](int steps, double seconds) { return std::abs(steps * dt - seconds) < 1.6 * dt; };
+    WindowHealth stalls(dt), is_lost(dt), is_given_up(dt);
+    int stalled = 1, lost = 0;
+    while (stalled < 1000 && !stalls.control_step(false)) ++stalled;
+    EXPECT_TRUE(in_time(stalled, 0.3)) << dt << ": " << stalled;
+    for (; lost < 1000 && !is_lost.is_lost(); ++lost) static_cast<void>(is_lost.control_step(false));
+    EXPECT_TRUE(in_time(lost, 0.5)) << dt << ": " << lost;
+    for (const double expected : {1.0, 2.0, 3.0, 3.0}) {
+      const int steps = steps_until_given_up(is_given_up, 0.01);
+      EXPECT_TRUE(in_time(steps, expected)) << dt << ": " << steps;
+      is_given_up.begin_for(0.01);
+    }
+  }
 }
 
 }  // namespace test_window_health
