@@ -1,20 +1,22 @@
 // The path from the car to the line it is to drive: references that begin at the car's place and heading.
 //
-//   n(s) = h00(s / Ln) n0 + Ls h10(s / Ls) n0',   h00 and h10 quintic: n' = n'' = 0 where the car is on the line
-//
-// with the offset n0 and the slope n0' = tan(heading error) of the car. Ln and Ls are the least for which the added
-// curvature stays within a share of the friction at the speed driven, a larger one for a car beside the road, and
-// within the steering's limit. A controller that is given a line metres away steers as hard as its model allows; with
-// this path it need not.
+// A controller that is given a line metres away steers as hard as its model allows; with this path it need not. Of ways
+// (join_way.hpp) from a gentle one to the sharpest that can be steered, the first is taken on which the car keeps its
+// width from both edges and can slow down for the bends; where there is none, the one that comes nearest to that. The
+// gentle one adds curvature for a share of the friction at the speed driven, a larger share for a car beside the road.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <span>
 
 #include <gripline/interfaces.hpp>
+#include <gripline/periodic.hpp>
+
+#include "common/planning/join_way.hpp"
 
 namespace gripline::planning {
 
@@ -26,33 +28,37 @@ class JoinPath {
       : reach_(reach),
         width_(car.width),
         slow_(2.0 * std::sqrt(gravity * (car.lf + car.lr))),
-        steep_(0.9 * std::tan(car.delta_max) / (car.lf + car.lr)),
+        sharpest_(0.9 * std::tan(car.delta_max) / (car.lf + car.lr)),
         v_min_(car.v_min),
         length_(line_length) {}
 
-  /// Once per step, before references are sampled: `foot` is the point of the line beside the car, `mu` the friction
-  /// assumed by plans, `horizon` the time that the controller looks ahead [s].
-  void update(const Observation& now, const RefPoint& foot, double mu, double horizon) {
+  /// Once per step, before references are sampled: `foot` is the station of the line beside the car, `mu` the friction
+  /// assumed by plans, `horizon` the time that the controller looks ahead [s], `reference(s)` the reference at a station
+  /// of the line.
+  template <class Reference>
+  void update(const Observation& now, double foot, double mu, double horizon, const Reference& reference) {
     horizon_ = horizon;
     friction_ = std::max(mu, 0.05) * gravity;
-    const Pose2 car = pose(now.x, foot);
-    if (active_) active_ = ahead(foot.s) < whole_way();
-    if (far(car, active_ ? at(ahead(foot.s)) : Offset{}, now.x)) begin(car, foot, now.x);
+    const RefPoint beside = reference(foot);
+    const Pose2 car = pose(now.x, beside);
+    if (active_) active_ = ahead(foot) < way_.length();
+    if (far(car, active_ ? way_.at(ahead(foot)) : JoinWay::Offset{}, now.x))
+      begin(car, beside, std::hypot(now.x.vx, now.x.vy), reference);
   }
   /// What joining allows at a station of the line [m/s]; infinite where the car is to be on it.
   double speed(double s) const {
-    const double way = ahead(s);
-    if (!active_ || way >= whole_way()) return std::numeric_limits<double>::infinity();
-    const Offset o = at(way);
-    return std::sqrt(hard_share * friction_ * (1.0 + o.slope * o.slope) / std::max(std::abs(o.bend), 1e-9));
+    const double passed = ahead(s);
+    if (!active_ || passed >= way_.length()) return std::numeric_limits<double>::infinity();
+    const double place = passed / spacing();
+    const std::size_t i = std::min(static_cast<std::size_t>(place), places - 1);
+    return std::sqrt(std::lerp(square_speed_[i], square_speed_[i + 1], place - static_cast<double>(i)));
   }
   /// Metres of the way per metre of a line of this curvature: a reference that moves at v advances by v / stretch along
   /// the line. 1 where the car is to be on it.
   double stretch(double s, double kappa) const {
-    const double way = ahead(s);
-    if (!active_ || way >= whole_way()) return 1.0;
-    const Offset o = at(way);
-    return std::hypot(std::max(least_stretch, 1.0 - o.n * kappa), o.slope);
+    if (!active_ || ahead(s) >= way_.length()) return 1.0;
+    const JoinWay::Offset o = way_.at(ahead(s));
+    return std::hypot(along(o, kappa), o.slope);
   }
   /// Moves references from the line onto the path that leads to it.
   void move(std::span<RefPoint> horizon) const {
@@ -68,13 +74,18 @@ class JoinPath {
   struct Pose2 {
     double n = 0, angle = 0;  // from the line, to the left; of the car's course against the line's heading
   };
-  struct Offset {
-    double n = 0, slope = 0, bend = 0;  // n, dn/ds, d2n/ds2
+  /// A place of the line: room to both edges [m], curvature [1/m].
+  struct Place {
+    double left = 0, right = 0, kappa = 0;
   };
-  // Shares of the friction for the path, beside what the line itself needs: where there is room, and near an edge.
-  static constexpr double easy_share = 0.3, hard_share = 0.6;
+  static constexpr std::size_t places = 48;       // of the line that ways are weighed at, after the first
+  static constexpr std::size_t sharpnesses = 12;  // of ways that are weighed
+  using Road = std::array<Place, places + 1>;
+  // Shares of the friction: for the bends of a gentle way, and of one back from beside the road; for the bends that
+  // speeds are for, beside what the line itself needs; to slow down for them.
+  static constexpr double gentle_share = 0.3, back_share = 0.6, bend_share = 0.6, brake_share = 0.6;
+  static constexpr double beside_cost = 1e3;     // of a width beside the road over one that an edge is too near
   static constexpr double least_stretch = 0.2;   // of a way on the inside of a turn
-  static constexpr double room_share = 0.6;      // of the way to the edge
   static constexpr double far_angle = 0.5;       // [rad]
   static constexpr double steepest_angle = 1.0;  // of the path against the line [rad]
 
@@ -86,7 +97,7 @@ class JoinPath {
     return {-sine * (x.x - foot.x) + cosine * (x.y - foot.y),
             std::remainder(course - foot.yaw, 2.0 * std::numbers::pi)};
   }
-  bool far(const Pose2& car, const Offset& from, const State& x) const {
+  bool far(const Pose2& car, const JoinWay::Offset& from, const State& x) const {
     // What the controller takes back within its horizon is not far: offsets of a T^2 / 4, turns of a T / (4 v).
     const double reach = 0.25 * reach_ * friction_ * horizon_;  // [m/s]
     const double near = std::max(1.5 * width_, reach * horizon_);
@@ -96,52 +107,68 @@ class JoinPath {
   static bool is_beside_road(double n, const RefPoint& foot) { return n > foot.left || -n > foot.right; }
   double ahead(double s) const { return std::max(0.0, std::remainder(s - begin_, length_)); }
 
-  void begin(const Pose2& car, const RefPoint& foot, const State& x) {
-    const double v = std::max(std::hypot(x.vx, x.vy), slow_);
-    const double share = is_beside_road(car.n, foot) ? hard_share : easy_share;
-    const double bend = std::min(share * friction_ / (v * v), steep_);  // curvature that may be added [1/m]
-    begin_ = foot.s;
-    n_ = car.n;
-    slope_ = std::tan(std::clamp(car.angle, -steepest_angle, steepest_angle));
-    // Largest second derivatives: 10 / sqrt(3) n0 / Ln^2, and less than 4 n0' / Ls. Where the road is too narrow for
-    // that, the turn is sharper and driven more slowly.
-    const double steep = std::max(std::abs(slope_), 1e-9);
-    const double room = slope_ > 0 ? foot.left : foot.right;  // from the line, on the side that the slope leads to
-    const auto way = [&](double curvature) { return std::sqrt(5.8 * std::abs(n_) / curvature); };
-    const auto turn = [&](double longest) {
-      const double sharpest = 4.0 * steep / steep_;
-      return std::clamp(4.0 * steep / bend, sharpest, std::max(sharpest, longest));
-    };
-    if (n_ * slope_ >= 0) {  // away from the line: the slope leads 0.21 Ls n0' further
-      way_slope_ = turn(room_share * std::max(room - std::abs(n_), 0.5 * width_) / (0.21 * steep));
-      way_n_ = std::max(way(bend), way_slope_);
-    } else {  // towards the line, which is crossed where L n0' > 2.5 n0
-      const double longest = (2.5 * std::abs(n_) + 2.0 * std::max(room, 0.0)) / steep;
-      way_n_ = way_slope_ = std::max(std::min(std::max(way(bend), turn(longest)), longest), way(steep_));
+  /// Chooses the way from a car that drives at v, beside a reference of the line.
+  template <class Reference>
+  void begin(const Pose2& car, const RefPoint& beside, double v, const Reference& reference) {
+    begin_ = beside.s;
+    const double slope = std::tan(std::clamp(car.angle, -steepest_angle, steepest_angle));
+    const double share = is_beside_road(car.n, beside) ? back_share : gentle_share;
+    const double gentlest = std::min(share * friction_ / square(std::max(v, slow_)), sharpest_);
+    const auto way_with = [&](double bend) { return JoinWay(car.n, slope, bend, 0.4 * length_); };
+    const double farthest = way_with(gentlest).length();
+    const Road road = road_until(farthest, reference);
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < sharpnesses && least > 0.0; ++i) {
+      const double bend = gentlest * std::pow(sharpest_ / gentlest, static_cast<double>(i) / (sharpnesses - 1));
+      const JoinWay way = way_with(bend);
+      const double cost = cost_of(way, road, farthest / places, v);
+      if (cost >= least) continue;
+      least = cost;
+      way_ = way;
     }
-    way_slope_ = std::min(way_slope_, 0.4 * length_);
-    way_n_ = std::min(std::max(way_n_, 1e-6), 0.4 * length_);
+    set_speeds(road_until(way_.length(), reference));
     active_ = true;
   }
-  double whole_way() const { return std::max(way_n_, way_slope_); }
-
-  Offset at(double s) const {
-    const Offset n = from_offset(std::min(s / way_n_, 1.0)), slope = from_slope(std::min(s / way_slope_, 1.0));
-    return {n_ * n.n + way_slope_ * slope_ * slope.n, n_ / way_n_ * n.slope + slope_ * slope.slope,
-            n_ / (way_n_ * way_n_) * n.bend + slope_ / way_slope_ * slope.bend};
+  template <class Reference>
+  Road road_until(double farthest, const Reference& reference) const {
+    Road road;
+    for (std::size_t i = 0; i < road.size(); ++i) {
+      const RefPoint r = reference(wrap_periodic(begin_ + farthest * static_cast<double>(i) / places, length_));
+      road[i] = {r.left, r.right, r.kappa};
+    }
+    return road;
   }
-  /// h00 = 1 - 10 u^3 + 15 u^4 - 6 u^5 with its derivatives.
-  static Offset from_offset(double u) {
-    const double left = 1.0 - u;
-    return {left * left * left * (1.0 + 3.0 * u + 6.0 * u * u), -30.0 * u * u * left * left,
-            -60.0 * u * left * (1.0 - 2.0 * u)};
+  /// What a way lacks on this stretch of road, whose places are `spacing` metres apart, for a car that brakes from v: of
+  /// a width to the edges, and of friction in its bends. 0 for a way that lacks neither.
+  double cost_of(const JoinWay& way, const Road& road, double spacing, double v) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < road.size(); ++i) {
+      const double s = static_cast<double>(i) * spacing;
+      const JoinWay::Offset o = way.at(s);
+      const double margin = s < way.length() ? width_ : 0.0;
+      const double missing = std::max({0.0, o.n - road[i].left + margin, -o.n - road[i].right + margin});
+      const double square_speed = std::max(0.0, v * v - 2.0 * brake_share * friction_ * s);
+      const double beyond = std::max(0.0, std::abs(curvature(o, road[i].kappa)) * square_speed / friction_ - 1.0);
+      sum += square(missing / width_) + beside_cost * square(std::max(0.0, missing - margin) / width_) + square(beyond);
+    }
+    return sum;
   }
-  /// h10 = u - 6 u^3 + 8 u^4 - 3 u^5 with its derivatives.
-  static Offset from_slope(double u) {
-    const double u2 = u * u, u3 = u2 * u;
-    return {u - 6.0 * u3 + 8.0 * u3 * u - 3.0 * u3 * u2, 1.0 - 18.0 * u2 + 32.0 * u3 - 15.0 * u2 * u2,
-            -36.0 * u + 96.0 * u2 - 60.0 * u3};
+  /// Speeds along the way that friction allows in its bends, and from which the car can brake to those further ahead.
+  void set_speeds(const Road& road) {
+    double after = std::numeric_limits<double>::infinity();
+    for (std::size_t i = road.size(); i-- > 0;) {
+      const JoinWay::Offset o = way_.at(static_cast<double>(i) * spacing());
+      const double in_bend = bend_share * friction_ * (1.0 + square(o.slope)) / std::max(std::abs(o.bend), 1e-9);
+      const double in_all = friction_ / std::max(std::abs(curvature(o, road[i].kappa)), 1e-9);
+      after = square_speed_[i] = std::min({in_bend, in_all, after + 2.0 * brake_share * friction_ * spacing()});
+    }
   }
+  /// Metres along the way per metre of a line of this curvature, leaving out the slope.
+  static double along(const JoinWay::Offset& o, double kappa) { return std::max(least_stretch, 1.0 - o.n * kappa); }
+  static double curvature(const JoinWay::Offset& o, double kappa) {
+    return kappa / along(o, kappa) + o.bend / (1.0 + square(o.slope));
+  }
+  double spacing() const { return way_.length() / places; }  // of speeds [m]
 
   /// The room that is stated beside the way, `to_edge` from an edge of the road. A car that stands outside of it may
   /// have to go further out to turn back, which a controller weighs as leaving the road: so a way outside of an edge
@@ -149,22 +176,23 @@ class JoinPath {
   double stated_room(double to_edge) const { return std::max(to_edge, std::min(-to_edge, width_)); }
 
   void move(RefPoint& r) const {
-    const double way = ahead(r.s);
-    if (way >= whole_way()) return;
-    const Offset o = at(way);
+    if (ahead(r.s) >= way_.length()) return;
+    const JoinWay::Offset o = way_.at(ahead(r.s));
     r.x -= std::sin(r.yaw) * o.n;
     r.y += std::cos(r.yaw) * o.n;
-    r.yaw += std::atan2(o.slope, std::max(least_stretch, 1.0 - o.n * r.kappa));
+    r.yaw += std::atan2(o.slope, along(o, r.kappa));
     r.kappa += o.bend;
     r.left = stated_room(r.left - o.n);
     r.right = stated_room(r.right + o.n);
     r.at.n += o.n;
   }
 
-  double reach_, width_, slow_, steep_, v_min_, length_;
+  double reach_, width_, slow_, sharpest_, v_min_, length_;
   bool active_ = false;
   double friction_ = 1, horizon_ = 0;  // [m/s2, s]
-  double begin_ = 0, way_n_ = 1, way_slope_ = 1, n_ = 0, slope_ = 0;
+  double begin_ = 0;                   // station
+  JoinWay way_;
+  std::array<double, places + 1> square_speed_{};  // at `spacing()` along the way
 };
 
 }  // namespace gripline::planning

@@ -97,7 +97,7 @@ class LinePlanner {
       recovery_.fill(now, dt_, reference, planned, reach, horizon);
       return;
     }
-    join_.update(now, reference(foot), mu, static_cast<double>(horizon.size()) * dt_);
+    join_.update(now, foot, mu, static_cast<double>(horizon.size()) * dt_, reference);
     const auto speed = [&](double s) { return std::min(planned(s), join_.speed(s)); };
     sample_horizon(road_, foot, now, dt_, speed, reach, horizon);
     join_.move(horizon);

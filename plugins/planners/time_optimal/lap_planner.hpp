@@ -79,7 +79,7 @@ class LapPlanner : public SpeedPlanner {
       recovery_.fill(now, dt_, on_line, speed, gain, horizon);
       return;
     }
-    join_.update(now, on_line(station), here, static_cast<double>(horizon.size()) * dt_);
+    join_.update(now, station, here, static_cast<double>(horizon.size()) * dt_, on_line);
     references_.sample(now, station, horizon);
     join_.move(horizon);
   }

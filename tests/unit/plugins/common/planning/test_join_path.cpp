@@ -35,7 +35,7 @@ Observation car_at(double y, double yaw, double v) {
 }
 JoinPath joining(double y, double yaw, double v) {
   JoinPath join(full_size_car(), length);
-  join.update(car_at(y, yaw, v), on_line(100), mu, horizon_s);
+  join.update(car_at(y, yaw, v), 100, mu, horizon_s, on_line);
   return join;
 }
 RefPoint moved(const JoinPath& join, double s) {
@@ -85,12 +85,12 @@ TEST(JoinPath, LeavesACarThatSlidesAlongItsLineToTheController) {
   slides.x.vy = -v * std::sin(askew);
   ASSERT_LT(slides.x.vx, 2 * full_size_car().v_min);
   JoinPath join(full_size_car(), length);
-  join.update(slides, on_line(100), mu, horizon_s);
+  join.update(slides, 100, mu, horizon_s, on_line);
   EXPECT_FALSE(join.active());
   // With the same heading, and a course across the line, it is led back to it.
   slides.x.vy = 0;
   slides.x.vx = v;
-  join.update(slides, on_line(100), mu, horizon_s);
+  join.update(slides, 100, mu, horizon_s, on_line);
   EXPECT_TRUE(join.active());
 }
 
@@ -113,7 +113,7 @@ TEST(JoinPath, LeadsBackSoonerFromBesideTheRoad) {
     while (s < 600 && moved(join, s).y > 0.5 * y) s += 0.5;
     return (s - 100) / std::sqrt(y);  // at one curvature ways grow with the square root of the offset
   };
-  EXPECT_LT(way(half_width + 1), 0.8 * way(half_width - 1));
+  EXPECT_LT(way(half_width + 1), 0.8 * way(half_width - 2));
 }
 
 TEST(JoinPath, StaysOnTheRoadAndSlowsDownForIt) {
@@ -128,6 +128,37 @@ TEST(JoinPath, StaysOnTheRoadAndSlowsDownForIt) {
   }
   EXPECT_LT(slowest, 15);
   EXPECT_GT(slowest, 3);
+}
+
+/// Whether there is room is not seen from where the way begins: the road narrows after 15 m, on either side.
+TEST(JoinPath, TurnsSoonerWhereTheRoadNarrowsAhead) {
+  const double turn = std::numbers::pi / 9;
+  for (const double side : {1.0, -1.0}) {
+    const auto farthest = [&](double narrow) {
+      const auto narrows = [&](double s) {
+        RefPoint r = on_line(s);
+        (side > 0 ? r.left : r.right) = s < 115 ? 20 : narrow;
+        return r;
+      };
+      JoinPath join(full_size_car(), length);
+      join.update(car_at(3 * side, turn * side, 5), 100, mu, horizon_s, narrows);
+      EXPECT_TRUE(join.active());
+      double most = 0;
+      for (double s = 115; s < 300; s += 1) most = std::max(most, side * moved(join, s).y);
+      return most;
+    };
+    EXPECT_GT(farthest(20), 6);
+    EXPECT_LT(farthest(5), 5 - 0.5 * full_size_car().width);
+  }
+}
+
+/// Speeds along the way are what the car can brake to from bend to bend.
+TEST(JoinPath, SpeedsFallNoFasterThanTheCarBrakes) {
+  const JoinPath join = joining(2, std::numbers::pi / 6, 25);
+  for (double s = 100; join.speed(s + 1) < 100; s += 1) {
+    const double now = join.speed(s), then = join.speed(s + 1);
+    EXPECT_LE(now * now - then * then, 2 * 0.62 * mu * gravity) << "s = " << s;
+  }
 }
 
 TEST(JoinPath, LeavesACarAloneThatIsOnTheLine) {
@@ -152,7 +183,7 @@ TEST(JoinPath, IsLongerThanTheLineOnTheOutsideOfATurn) {
     JoinPath join(full_size_car(), length);
     Observation now = car_at(off, 0, 10);
     now.x.x = 0;
-    join.update(now, on_turn(0), mu, horizon_s);
+    join.update(now, 0, mu, horizon_s, on_turn);
     ASSERT_TRUE(join.active());
     for (double s = 0; s < 30; s += 3) {
       constexpr double e = 0.01;
@@ -173,7 +204,7 @@ TEST(JoinPath, BeginsBeyondWhatTheControllerReaches) {
   constexpr double wide_horizon = 2, off = 4;
   for (const double reach : {0.4, 1.0}) {
     JoinPath join(full_size_car(), length, reach);
-    join.update(car_at(off, 0, 15), on_line(100), mu, wide_horizon);
+    join.update(car_at(off, 0, 15), 100, mu, wide_horizon, on_line);
     EXPECT_EQ(join.active(), off > 0.25 * reach * mu * gravity * wide_horizon * wide_horizon) << reach;
   }
 }
@@ -184,10 +215,10 @@ TEST(JoinPath, KeepsItsWayWhileTheCarFollowsIt) {
   const double planned = moved(join, 125).y;
   Observation now = car_at(moved(join, 110).y + 0.3, moved(join, 110).yaw, 15);
   now.x.x = 110;
-  join.update(now, on_line(110), mu, horizon_s);
+  join.update(now, 110, mu, horizon_s, on_line);
   EXPECT_EQ(moved(join, 125).y, planned);
   now.x.y += 3.5;  // pushed off: it begins anew
-  join.update(now, on_line(110), mu, horizon_s);
+  join.update(now, 110, mu, horizon_s, on_line);
   EXPECT_NEAR(moved(join, 110).y, now.x.y, 1e-9);
 }
 
