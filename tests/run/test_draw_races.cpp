@@ -210,6 +210,12 @@ TEST_F(DrawRaces, PosesLeaveRoomToBrakeAndTurn) {
   EXPECT_GT(fastest, 0.6 * std::sqrt(0.6 * g * radius));
 }
 
+/// The car stays as large as it is.
+TEST_F(DrawRaces, PosesOnSmallerRoadsAreAsFarFromTheEdge) {
+  const auto files = draw("half", {"1", "12", "--poses", "--size", "0.5"});
+  for (const Posed& one : posed(files, "half", 0.5)) EXPECT_GE(0.5 * std::min(one.to_left, one.to_right), 1.49);
+}
+
 TEST_F(DrawRaces, PosesHaveNoKindOfFriction) {
   const Outcome outcome =
       run_program({source_dir() / "tools/draw_races", "7", "1", folder_.path() / "none", "--poses", "--kind", "wet"});
@@ -244,6 +250,14 @@ TEST_F(DrawRaces, ARoadOfNoPointsIsRefused) {
       {source_dir() / "tools/draw_races", "3", "9", folder_.path() / "races", "--roads", folder_ / "roads"});
   EXPECT_EQ(outcome.code, 1);
   EXPECT_THAT(outcome.err, testing::HasSubstr("empty.csv: not a road in TU Munich's format; expected three or more"));
+}
+
+TEST_F(DrawRaces, ARoadOfOnePlaceIsRefused) {
+  write_text(folder_ / "roads/place.csv", "1,2,5,5\n1,2,5,5\n1,2,5,5\n1,2,5,5\n");
+  const Outcome outcome = run_program(
+      {source_dir() / "tools/draw_races", "3", "9", folder_.path() / "races", "--roads", folder_ / "roads"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.err, testing::HasSubstr("place.csv: not a road in TU Munich's format; expected three or more"));
 }
 
 TEST_F(DrawRaces, AFolderWithoutRoadsIsRefused) {

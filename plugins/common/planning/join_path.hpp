@@ -1,9 +1,10 @@
 // The path from the car to the line it is to drive: references that begin at the car's place and heading.
 //
 // A controller that is given a line metres away steers as hard as its model allows; with this path it need not. Of ways
-// (join_way.hpp) from a gentle one to the sharpest that can be steered, the first is taken on which the car keeps its
-// width from both edges and can slow down for the bends; where there is none, the one that comes nearest to that. The
-// gentle one adds curvature for a share of the friction at the speed driven, a larger share for a car beside the road.
+// (join_way.hpp) from a gentle one to one at 0.9 of full lock, the first is taken that the car can steer and slow down
+// for, its width from both edges or as near to them as the line; where there is none, the one that comes nearest to
+// that. The gentle one adds curvature for a share of the friction at the speed driven, a larger share for a car beside
+// the road.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +29,7 @@ class JoinPath {
       : reach_(reach),
         width_(car.width),
         slow_(2.0 * std::sqrt(gravity * (car.lf + car.lr))),
-        sharpest_(0.9 * std::tan(car.delta_max) / (car.lf + car.lr)),
+        full_lock_(std::tan(car.delta_max) / (car.lf + car.lr)),
         v_min_(car.v_min),
         length_(line_length) {}
 
@@ -49,9 +50,9 @@ class JoinPath {
   double speed(double s) const {
     const double passed = ahead(s);
     if (!active_ || passed >= way_.length()) return std::numeric_limits<double>::infinity();
-    const double place = passed / spacing();
-    const std::size_t i = std::min(static_cast<std::size_t>(place), places - 1);
-    return std::sqrt(std::lerp(square_speed_[i], square_speed_[i + 1], place - static_cast<double>(i)));
+    const auto i = std::min(static_cast<std::size_t>(places * std::sqrt(passed / farthest_)), places - 1);
+    const double weight = (passed - place(i)) / (place(i + 1) - place(i));
+    return std::sqrt(std::lerp(square_speed_[i], square_speed_[i + 1], std::clamp(weight, 0.0, 1.0)));
   }
   /// Metres of the way per metre of a line of this curvature: a reference that moves at v advances by v / stretch along
   /// the line. 1 where the car is to be on it.
@@ -74,9 +75,9 @@ class JoinPath {
   struct Pose2 {
     double n = 0, angle = 0;  // from the line, to the left; of the car's course against the line's heading
   };
-  /// A place of the line: room to both edges [m], curvature [1/m].
+  /// A place of the line: room to both edges [m], curvature [1/m], side acceleration that the car has there [m/s2].
   struct Place {
-    double left = 0, right = 0, kappa = 0;
+    double left = 0, right = 0, kappa = 0, most = 0;
   };
   static constexpr std::size_t places = 48;       // of the line that ways are weighed at, after the first
   static constexpr std::size_t sharpnesses = 12;  // of ways that are weighed
@@ -84,7 +85,8 @@ class JoinPath {
   // Shares of the friction: for the bends of a gentle way, and of one back from beside the road; for the bends that
   // speeds are for, beside what the line itself needs; to slow down for them.
   static constexpr double gentle_share = 0.3, back_share = 0.6, bend_share = 0.6, brake_share = 0.6;
-  static constexpr double beside_cost = 1e3;     // of a width beside the road over one that an edge is too near
+  static constexpr double hard_cost = 1e3;       // of a width beside the road over one that an edge is too near
+  static constexpr double lock_share = 0.9;      // of full lock, for the sharpest way
   static constexpr double least_stretch = 0.2;   // of a way on the inside of a turn
   static constexpr double far_angle = 0.5;       // [rad]
   static constexpr double steepest_angle = 1.0;  // of the path against the line [rad]
@@ -112,44 +114,53 @@ class JoinPath {
   void begin(const Pose2& car, const RefPoint& beside, double v, const Reference& reference) {
     begin_ = beside.s;
     const double slope = std::tan(std::clamp(car.angle, -steepest_angle, steepest_angle));
-    const double share = is_beside_road(car.n, beside) ? back_share : gentle_share;
-    const double gentlest = std::min(share * friction_ / square(std::max(v, slow_)), sharpest_);
+    const double share = is_beside_road(car.n, beside) ? back_share : gentle_share, sharpest = lock_share * full_lock_;
+    const double gentlest = std::min(share * friction_ / square(std::max(v, slow_)), sharpest);
     const auto way_with = [&](double bend) { return JoinWay(car.n, slope, bend, 0.4 * length_); };
-    const double farthest = way_with(gentlest).length();
-    const Road road = road_until(farthest, reference);
+    farthest_ = way_with(gentlest).length();
+    const Road road = road_ahead(reference);
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < sharpnesses && least > 0.0; ++i) {
-      const double bend = gentlest * std::pow(sharpest_ / gentlest, static_cast<double>(i) / (sharpnesses - 1));
+      const double bend = gentlest * std::pow(sharpest / gentlest, static_cast<double>(i) / (sharpnesses - 1));
       const JoinWay way = way_with(bend);
-      const double cost = cost_of(way, road, farthest / places, v);
+      const double cost = cost_of(way, road, v);
       if (cost >= least) continue;
       least = cost;
       way_ = way;
     }
-    set_speeds(road_until(way_.length(), reference));
+    set_speeds(road);
     active_ = true;
   }
+  /// Metres from the begin of the way to a place that it is weighed at. They lie closer near the car, where sharp ways,
+  /// which are short, have all their bends.
+  double place(std::size_t i) const { return farthest_ * square(static_cast<double>(i) / places); }
   template <class Reference>
-  Road road_until(double farthest, const Reference& reference) const {
+  Road road_ahead(const Reference& reference) const {
     Road road;
     for (std::size_t i = 0; i < road.size(); ++i) {
-      const RefPoint r = reference(wrap_periodic(begin_ + farthest * static_cast<double>(i) / places, length_));
-      road[i] = {r.left, r.right, r.kappa};
+      const RefPoint r = reference(wrap_periodic(begin_ + place(i), length_));
+      // A line in a banked bend is planned for more than the friction of a level one.
+      road[i] = {r.left, r.right, r.kappa, std::max(friction_, std::abs(r.kappa) * square(r.v))};
     }
     return road;
   }
-  /// What a way lacks on this stretch of road, whose places are `spacing` metres apart, for a car that brakes from v: of
-  /// a width to the edges, and of friction in its bends. 0 for a way that lacks neither.
-  double cost_of(const JoinWay& way, const Road& road, double spacing, double v) const {
+  /// What a way lacks on this road for a car that brakes from v: of a width to the edges, and of friction or steering in
+  /// its bends. 0 for a way that lacks nothing.
+  double cost_of(const JoinWay& way, const Road& road, double v) const {
     double sum = 0;
     for (std::size_t i = 0; i < road.size(); ++i) {
-      const double s = static_cast<double>(i) * spacing;
-      const JoinWay::Offset o = way.at(s);
-      const double margin = s < way.length() ? width_ : 0.0;
-      const double missing = std::max({0.0, o.n - road[i].left + margin, -o.n - road[i].right + margin});
-      const double square_speed = std::max(0.0, v * v - 2.0 * brake_share * friction_ * s);
-      const double beyond = std::max(0.0, std::abs(curvature(o, road[i].kappa)) * square_speed / friction_ - 1.0);
-      sum += square(missing / width_) + beside_cost * square(std::max(0.0, missing - margin) / width_) + square(beyond);
+      const Place& p = road[i];
+      const JoinWay::Offset o = way.at(place(i));
+      const double too_near = std::max({0.0, o.n + std::min(width_, p.left) - p.left,  //
+                                        std::min(width_, p.right) - p.right - o.n});
+      const double beside = std::max({0.0, o.n - p.left, -o.n - p.right});
+      const double square_speed = std::max(0.0, square(v) - 2.0 * brake_share * friction_ * place(i));
+      const double bend = std::abs(curvature(o, p.kappa));
+      const double unsteerable = std::max(0.0, bend / full_lock_ - 1.0);
+      const double too_fast = std::max(0.0, bend * square_speed / p.most - 1.0);
+      const double stretch = place(i) - place(i > 0 ? i - 1 : 0);
+      sum += stretch * (square(too_near / width_) + square(too_fast) +
+                        hard_cost * (square(beside / width_) + square(unsteerable)));
     }
     return sum;
   }
@@ -157,10 +168,11 @@ class JoinPath {
   void set_speeds(const Road& road) {
     double after = std::numeric_limits<double>::infinity();
     for (std::size_t i = road.size(); i-- > 0;) {
-      const JoinWay::Offset o = way_.at(static_cast<double>(i) * spacing());
+      const JoinWay::Offset o = way_.at(place(i));
       const double in_bend = bend_share * friction_ * (1.0 + square(o.slope)) / std::max(std::abs(o.bend), 1e-9);
-      const double in_all = friction_ / std::max(std::abs(curvature(o, road[i].kappa)), 1e-9);
-      after = square_speed_[i] = std::min({in_bend, in_all, after + 2.0 * brake_share * friction_ * spacing()});
+      const double in_all = road[i].most / std::max(std::abs(curvature(o, road[i].kappa)), 1e-9);
+      const double stretch = i + 1 < road.size() ? place(i + 1) - place(i) : 0.0;
+      after = square_speed_[i] = std::min({in_bend, in_all, after + 2.0 * brake_share * friction_ * stretch});
     }
   }
   /// Metres along the way per metre of a line of this curvature, leaving out the slope.
@@ -168,7 +180,6 @@ class JoinPath {
   static double curvature(const JoinWay::Offset& o, double kappa) {
     return kappa / along(o, kappa) + o.bend / (1.0 + square(o.slope));
   }
-  double spacing() const { return way_.length() / places; }  // of speeds [m]
 
   /// The room that is stated beside the way, `to_edge` from an edge of the road. A car that stands outside of it may
   /// have to go further out to turn back, which a controller weighs as leaving the road: so a way outside of an edge
@@ -187,12 +198,13 @@ class JoinPath {
     r.at.n += o.n;
   }
 
-  double reach_, width_, slow_, sharpest_, v_min_, length_;
+  double reach_, width_, slow_, full_lock_, v_min_, length_;  // full_lock_: curvature [1/m]
   bool active_ = false;
   double friction_ = 1, horizon_ = 0;  // [m/s2, s]
   double begin_ = 0;                   // station
+  double farthest_ = 1;                // of the places that ways are weighed at, from there [m]
   JoinWay way_;
-  std::array<double, places + 1> square_speed_{};  // at `spacing()` along the way
+  std::array<double, places + 1> square_speed_{};  // at the places [m2/s2]
 };
 
 }  // namespace gripline::planning

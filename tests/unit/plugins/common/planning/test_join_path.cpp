@@ -155,10 +155,86 @@ TEST(JoinPath, TurnsSoonerWhereTheRoadNarrowsAhead) {
 /// Speeds along the way are what the car can brake to from bend to bend.
 TEST(JoinPath, SpeedsFallNoFasterThanTheCarBrakes) {
   const JoinPath join = joining(2, std::numbers::pi / 6, 25);
+  ASSERT_TRUE(join.active());
   for (double s = 100; join.speed(s + 1) < 100; s += 1) {
     const double now = join.speed(s), then = join.speed(s + 1);
     EXPECT_LE(now * now - then * then, 2 * 0.62 * mu * gravity) << "s = " << s;
   }
+}
+
+/// A fast car can neither brake at once nor turn as sharply as a slow one, however much room a sharp way keeps.
+TEST(JoinPath, OfAFastCarIsOneThatItCanSlowDownFor) {
+  for (const double yaw : {0.3, -0.3}) {
+    JoinPath join(full_size_car(), 5 * length);
+    join.update(car_at(3.5, yaw, 40), 100, 1.0, horizon_s, on_line);
+    ASSERT_TRUE(join.active());
+    EXPECT_GT(join.speed(100), 15) << yaw;
+  }
+}
+
+TEST(JoinPath, OfASlowCarIsOneThatItCanSteer) {
+  const Car car = full_size_car();
+  const double full_lock = std::tan(car.delta_max) / (car.lf + car.lr);
+  for (const double y : {-3.5, -3.0, 3.0, 3.5})
+    for (const double yaw : {-0.5, -0.3, 0.0, 0.3, 0.5}) {
+      const JoinPath join = joining(y, yaw, 5);
+      ASSERT_TRUE(join.active());
+      for (double s = 100.25; s < 150; s += 0.25) {
+        const double e = 0.05, slope = (moved(join, s + e).y - moved(join, s - e).y) / (2 * e);
+        const double bend = (moved(join, s + e).y - 2 * moved(join, s).y + moved(join, s - e).y) / (e * e);
+        EXPECT_LE(std::abs(bend) / std::pow(1 + slope * slope, 1.5), 1.05 * full_lock) << y << " " << yaw << " " << s;
+      }
+    }
+}
+
+/// A line that is itself near an edge is no reason to reach it sooner.
+TEST(JoinPath, IsGentleTowardsALineNearAnEdge) {
+  const auto near_edge = [](double s) {
+    RefPoint r = on_line(s);
+    r.left = s > 105 ? 0.95 : half_width;
+    return r;
+  };
+  JoinPath beside(full_size_car(), length), free(full_size_car(), length);
+  beside.update(car_at(-3, 0, 10), 100, mu, horizon_s, near_edge);
+  free.update(car_at(-3, 0, 10), 100, mu, horizon_s, on_line);
+  ASSERT_TRUE(beside.active());
+  EXPECT_EQ(moved(beside, 115).y, moved(free, 115).y);
+}
+
+/// In a turn the way is driven no faster than friction allows in its bends and the line's together, but a line that is
+/// planned for more than the friction of a level road, in a banked turn, is driven as planned.
+TEST(JoinPath, IsAsSlowInATurnAsBothBendsAsk) {
+  constexpr double kappa = 0.02;
+  for (const double planned : {15.0, 22.0}) {
+    const auto turn = [planned](double s) {
+      RefPoint r = on_line(s);
+      r.kappa = kappa;
+      r.v = planned;
+      return r;
+    };
+    JoinPath join(full_size_car(), length);
+    join.update(car_at(-4, 0, 12), 100, mu, horizon_s, turn);
+    ASSERT_TRUE(join.active());
+    const double most = std::max(mu * gravity, kappa * planned * planned);
+    double slowest = 100;
+    for (double s = 101; join.speed(s) < 100; s += 1) slowest = std::min(slowest, join.speed(s));
+    EXPECT_LT(slowest, 0.95 * std::sqrt(most / kappa)) << "where the way turns with the line";
+    EXPECT_GT(slowest, 0.5 * std::sqrt(most / kappa));
+  }
+}
+
+TEST(JoinPath, GoesOnBeyondTheEndOfALap) {
+  const auto within = [](double s) {
+    EXPECT_TRUE(s >= 0 && s < length) << s;
+    return on_line(s);
+  };
+  JoinPath join(full_size_car(), length);
+  Observation now = car_at(4, 0, 15);
+  now.x.x = 990;
+  join.update(now, 990, mu, horizon_s, within);
+  ASSERT_TRUE(join.active());
+  EXPECT_NEAR(moved(join, 5).y, moved(joining(4, 0, 15), 115).y, 1e-9);
+  EXPECT_NEAR(join.speed(5), joining(4, 0, 15).speed(115), 1e-9);
 }
 
 TEST(JoinPath, LeavesACarAloneThatIsOnTheLine) {
