@@ -151,8 +151,9 @@ class DocCommands : public testing::Test {
   }
   /// One race in each of the folders that circuits.md draws races into.
   void draw_races() const {
-    for (const char* set : {"full", "full_0.8", "small", "small_1.4"})
-      (void)run(std::string("tools/draw_races 1 1 out/drawn/") + set + (set[0] == 's' ? " --scale 1:43" : ""));
+    for (const std::string set : {"full", "full_0.8", "small", "small_1.4", "poses", "small_poses"})
+      (void)run("tools/draw_races 1 1 out/drawn/" + set + (set.starts_with("small") ? " --scale 1:43" : "") +
+                (set.ends_with("poses") ? " --poses" : ""));
   }
   Outcome run(const std::string& command) const {
     return run_program({"bash", "-c", command}, {.folder = folder_.path(), .environment = {{"PATH", path_}}});

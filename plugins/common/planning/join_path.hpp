@@ -2,9 +2,9 @@
 //
 // A controller that is given a line metres away steers as hard as its model allows; with this path it need not. Of ways
 // (join_way.hpp) from a gentle one to one at 0.9 of full lock, the first is taken that the car can steer and slow down
-// for, its width from both edges or as near to them as the line; where there is none, the one that comes nearest to
-// that. The gentle one adds curvature for a share of the friction at the speed driven, a larger share for a car beside
-// the road.
+// for, its width from both edges (or as near as the line) and not far further out than it is; where there is none, the
+// one that comes nearest to that. The gentle one adds curvature for a share of the friction at the speed driven, a
+// larger share for a car beside the road.
 #pragma once
 
 #include <algorithm>
@@ -85,6 +85,7 @@ class JoinPath {
   // Shares of the friction: for the bends of a gentle way, and of one back from beside the road; for the bends that
   // speeds are for, beside what the line itself needs; to slow down for them.
   static constexpr double gentle_share = 0.3, back_share = 0.6, bend_share = 0.6, brake_share = 0.6;
+  static constexpr double kept_share = 0.55;     // of the room beyond the car: one that goes far out returns late
   static constexpr double hard_cost = 1e3;       // of a width beside the road over one that an edge is too near
   static constexpr double lock_share = 0.9;      // of full lock, for the sharpest way
   static constexpr double least_stretch = 0.2;   // of a way on the inside of a turn
@@ -144,19 +145,24 @@ class JoinPath {
     }
     return road;
   }
-  /// What a way lacks on this road for a car that brakes from v: of a width to the edges, and of friction or steering in
+  /// The distance that a way is to keep from an edge, by the room between line and edge and how far the car is off on
+  /// that side: the car's width, or where there is more a share of the room beyond the car; none that the line lacks.
+  double margin(double room, double off) const {
+    return std::min(room, std::max(width_, kept_share * (room - std::max(off, 0.0))));
+  }
+  /// What a way lacks on this road for a car that brakes from v: of margins to the edges, and of friction or steering in
   /// its bends. 0 for a way that lacks nothing.
   double cost_of(const JoinWay& way, const Road& road, double v) const {
+    const double n0 = way.at(0).n;
     double sum = 0;
     for (std::size_t i = 0; i < road.size(); ++i) {
       const Place& p = road[i];
       const JoinWay::Offset o = way.at(place(i));
-      const double too_near = std::max({0.0, o.n + std::min(width_, p.left) - p.left,  //
-                                        std::min(width_, p.right) - p.right - o.n});
+      const double too_near = std::max({0.0, o.n + margin(p.left, n0) - p.left, margin(p.right, -n0) - p.right - o.n});
       const double beside = std::max({0.0, o.n - p.left, -o.n - p.right});
       const double square_speed = std::max(0.0, square(v) - 2.0 * brake_share * friction_ * place(i));
       const double bend = std::abs(curvature(o, p.kappa));
-      const double unsteerable = std::max(0.0, bend / full_lock_ - 1.0);
+      const double unsteerable = std::max(0.0, bend / std::max(full_lock_, std::abs(p.kappa)) - 1.0);
       const double too_fast = std::max(0.0, bend * square_speed / p.most - 1.0);
       const double stretch = place(i) - place(i > 0 ? i - 1 : 0);
       sum += stretch * (square(too_near / width_) + square(too_fast) +

@@ -44,7 +44,9 @@ Agreement compare(DrivingScene& scene, const Params& params, int steps, int stri
   tight.emplace_back("tolerance", 1e-7);
   tight.emplace_back("iterations", 100);
   auto driver = scene.controller("mpc_sqp", tight);
-  auto judge = scene.controller("mpc_ipopt", params);
+  Params exactly = params;
+  exactly.emplace_back("tolerance", 1e-8);
+  auto judge = scene.controller("mpc_ipopt", exactly);
   for (int step = 0; step < steps; ++step) {
     const Observation now = scene.observe();
     const auto references = scene.references(driver->horizon());
