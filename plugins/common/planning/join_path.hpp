@@ -86,7 +86,7 @@ class JoinPath {
   // speeds are for, beside what the line itself needs; to slow down for them.
   static constexpr double gentle_share = 0.3, back_share = 0.6, bend_share = 0.6, brake_share = 0.6;
   static constexpr double kept_share = 0.55;     // of the room beyond the car: one that goes far out returns late
-  static constexpr double hard_cost = 1e3;       // of a width beside the road over one that an edge is too near
+  static constexpr double hard_cost = 1e3;       // of leaving the road or steering beyond full lock, over the others
   static constexpr double lock_share = 0.9;      // of full lock, for the sharpest way
   static constexpr double least_stretch = 0.2;   // of a way on the inside of a turn
   static constexpr double far_angle = 0.5;       // [rad]
