@@ -71,6 +71,16 @@ class DrawRaces : public testing::Test {
     }
     return roads;
   }
+  /// A file of --roads with this text is refused by its name, and nothing is drawn.
+  void expect_no_road(const std::string& text, const std::string& expected) const {
+    SCOPED_TRACE(text);
+    write_text(folder_ / "roads/some.csv", text);
+    const Outcome outcome = run_program(
+        {source_dir() / "tools/draw_races", "3", "9", folder_.path() / "races", "--roads", folder_ / "roads"});
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_THAT(outcome.err, testing::HasSubstr("some.csv: not a road in TU Munich's format; " + expected));
+    EXPECT_FALSE(fs::exists(folder_.path() / "races"));
+  }
   /// The races drawn into a folder with --poses on roads `scale` times as long as at full size.
   std::vector<Posed> posed(const std::map<std::string, std::string>& files, const std::string& in, double scale) {
     std::vector<Posed> all;
@@ -235,29 +245,9 @@ TEST_F(DrawRaces, RoadsOfAFolderAreRacedInTheirSize) {
 }
 
 TEST_F(DrawRaces, AFileThatIsNoRoadIsRefused) {
-  write_text(folder_ / "roads/lap_times.csv", "lap,time\n1,93.2\n");
-  const Outcome outcome = run_program(
-      {source_dir() / "tools/draw_races", "3", "9", folder_.path() / "races", "--roads", folder_ / "roads"});
-  EXPECT_EQ(outcome.code, 1);
-  EXPECT_THAT(outcome.err,
-              testing::HasSubstr("lap_times.csv: not a road in TU Munich's format; expected lines of x, y"));
-  EXPECT_FALSE(fs::exists(folder_.path() / "races"));
-}
-
-TEST_F(DrawRaces, ARoadOfNoPointsIsRefused) {
-  write_text(folder_ / "roads/empty.csv", "# x_m,y_m,w_tr_right_m,w_tr_left_m\n");
-  const Outcome outcome = run_program(
-      {source_dir() / "tools/draw_races", "3", "9", folder_.path() / "races", "--roads", folder_ / "roads"});
-  EXPECT_EQ(outcome.code, 1);
-  EXPECT_THAT(outcome.err, testing::HasSubstr("empty.csv: not a road in TU Munich's format; expected three or more"));
-}
-
-TEST_F(DrawRaces, ARoadOfOnePlaceIsRefused) {
-  write_text(folder_ / "roads/place.csv", "1,2,5,5\n1,2,5,5\n1,2,5,5\n1,2,5,5\n");
-  const Outcome outcome = run_program(
-      {source_dir() / "tools/draw_races", "3", "9", folder_.path() / "races", "--roads", folder_ / "roads"});
-  EXPECT_EQ(outcome.code, 1);
-  EXPECT_THAT(outcome.err, testing::HasSubstr("place.csv: not a road in TU Munich's format; expected three or more"));
+  expect_no_road("lap,time\n1,93.2\n", "expected lines of x, y");
+  expect_no_road("# x_m,y_m,w_tr_right_m,w_tr_left_m\n", "expected three or more");
+  expect_no_road("1,2,5,5\n1,2,5,5\n1,2,5,5\n1,2,5,5\n", "expected three or more");
 }
 
 TEST_F(DrawRaces, AFolderWithoutRoadsIsRefused) {

@@ -105,7 +105,7 @@ TEST(JoinPath, IsAsSharpAsFrictionAllowsAtTheSpeedItAsksFor) {
   }
 }
 
-/// Beside the road every second counts: the way back is sharper than from the road, and shorter.
+/// Beside the road every second counts: the way back is sharper than from well inside of it, and shorter.
 TEST(JoinPath, LeadsBackSoonerFromBesideTheRoad) {
   const auto way = [](double y) {
     const JoinPath join = joining(y, 0, 20);
