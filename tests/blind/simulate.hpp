@@ -7,7 +7,7 @@
 #include "blind/drive.hpp"
 #include "blind/outside.hpp"
 #include "diagnose/model/candidates.hpp"
-#include "measured/trace.hpp"
+#include "measured/replay/trace.hpp"
 
 namespace gripline::blind {
 

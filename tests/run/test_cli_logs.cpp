@@ -6,7 +6,7 @@
 #include <iomanip>
 #include <sstream>
 
-#include "measured/delimited_table.hpp"
+#include "measured/table/delimited_table.hpp"
 #include "support/race_program.hpp"
 #include "util/csv.hpp"
 

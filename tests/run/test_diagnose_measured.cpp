@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "config/json_file.hpp"
-#include "measured/session_file.hpp"
-#include "measured/steady_turning.hpp"
+#include "measured/estimates/steady_turning.hpp"
+#include "measured/session/session_file.hpp"
 #include "support/paths.hpp"
 #include "support/program.hpp"
 #include "support/reference_data.hpp"

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "measured/delimited_table.hpp"
+#include "measured/table/delimited_table.hpp"
 #include "support/paths.hpp"
 #include "support/program.hpp"
 #include "util/csv.hpp"

@@ -12,7 +12,7 @@
 #include "bags/bag_table.hpp"
 #include "bags/open_bag.hpp"
 #include "config/errors.hpp"
-#include "measured/delimited_table.hpp"
+#include "measured/table/delimited_table.hpp"
 #include "support/bag_writing.hpp"
 #include "support/paths.hpp"
 #include "support/program.hpp"

@@ -7,7 +7,7 @@
 #include <functional>
 #include <sstream>
 
-#include "measured/delimited_table.hpp"
+#include "measured/table/delimited_table.hpp"
 #include "support/calibrate_rig.hpp"
 #include "support/program.hpp"
 #include "support/reference_data.hpp"

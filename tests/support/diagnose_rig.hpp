@@ -8,7 +8,7 @@
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
 #include "diagnose/inference/fit.hpp"
-#include "measured/replay.hpp"
+#include "measured/replay/replay.hpp"
 #include "support/paths.hpp"
 #include "world/world_spec.hpp"
 

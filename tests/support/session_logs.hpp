@@ -8,7 +8,7 @@
 #include <string>
 
 #include "config/errors.hpp"
-#include "measured/session_file.hpp"
+#include "measured/session/session_file.hpp"
 #include "support/scratch.hpp"
 
 namespace gripline::test {

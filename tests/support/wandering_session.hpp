@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "measured/session.hpp"
+#include "measured/session/session.hpp"
 
 namespace gripline::test {
 

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "car/corrected_model.hpp"
-#include "measured/session.hpp"
+#include "measured/session/session.hpp"
 
 namespace gripline::test {
 

@@ -15,11 +15,11 @@
 #include "config/errors.hpp"
 #include "gripline/command.hpp"
 #include "gripline/import_bag.hpp"
-#include "measured/centre_of_gravity.hpp"
-#include "measured/delimited_table.hpp"
-#include "measured/gripline_log.hpp"
-#include "measured/log_guess.hpp"
-#include "measured/session_health.hpp"
+#include "measured/estimates/session_health.hpp"
+#include "measured/log/gripline_log.hpp"
+#include "measured/session/centre_of_gravity.hpp"
+#include "measured/session/log_guess.hpp"
+#include "measured/table/delimited_table.hpp"
 #include "util/whole_file.hpp"
 
 namespace gripline::tools {

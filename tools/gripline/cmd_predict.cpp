@@ -14,7 +14,7 @@
 #include "config/shipped.hpp"
 #include "gripline/command.hpp"
 #include "gripline/log_options.hpp"
-#include "measured/log_outliers.hpp"
+#include "measured/log/log_outliers.hpp"
 #include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 

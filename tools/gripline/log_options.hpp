@@ -8,7 +8,7 @@
 
 #include "calibrate/fit/calibrated_world.hpp"
 #include "cli/options.hpp"
-#include "measured/session_file.hpp"
+#include "measured/session/session_file.hpp"
 
 namespace gripline::tools {
 

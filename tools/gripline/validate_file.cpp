@@ -5,7 +5,7 @@
 #include "config/json_file.hpp"
 #include "geometry/track_file.hpp"
 #include "gripline/experiment_kinds.hpp"
-#include "measured/log_map.hpp"
+#include "measured/session/log_map.hpp"
 #include "world/doubts.hpp"
 #include "world/friction_file.hpp"
 #include "world/world_spec.hpp"

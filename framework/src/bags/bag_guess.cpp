@@ -6,7 +6,7 @@
 
 #include "bags/bag_table.hpp"
 #include "config/errors.hpp"
-#include "measured/column_names.hpp"
+#include "measured/table/column_names.hpp"
 
 namespace gripline::bags {
 namespace {

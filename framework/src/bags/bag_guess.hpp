@@ -1,9 +1,9 @@
 // A first map of a bag: topics by the types of their messages, others by names, then as for any table
-// (measured/log_guess.hpp).
+// (measured/session/log_guess.hpp).
 #pragma once
 
 #include "bags/bag_file.hpp"
-#include "measured/log_guess.hpp"
+#include "measured/session/log_guess.hpp"
 
 namespace gripline::bags {
 

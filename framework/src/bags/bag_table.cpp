@@ -8,7 +8,7 @@
 
 #include "bags/message_fields.hpp"
 #include "config/errors.hpp"
-#include "measured/formula.hpp"
+#include "measured/table/formula.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "bags/bag_file.hpp"
-#include "measured/delimited_table.hpp"
-#include "measured/log_map.hpp"
+#include "measured/session/log_map.hpp"
+#include "measured/table/delimited_table.hpp"
 
 namespace gripline::bags {
 

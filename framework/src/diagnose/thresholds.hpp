@@ -2,7 +2,7 @@
 // it has one.
 // What set each, and what was measured of it: framework/doc/thresholds.md.
 //
-// What counts as a jump of a command stands where it is used, in measured/log.cpp, which knows nothing of diagnose.
+// What counts as a jump of a command stands where it is used, in measured/log/log.cpp, which knows nothing of diagnose.
 //
 // Log evidence is the log likelihood less Schwarz's penalty, in natural units: 3 stand for odds of 20 to 1.
 #pragma once

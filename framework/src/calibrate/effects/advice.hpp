@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calibrate/fit/fit.hpp"
-#include "measured/yaw_rate_offset.hpp"
+#include "measured/estimates/yaw_rate_offset.hpp"
 
 namespace gripline::calibrate {
 

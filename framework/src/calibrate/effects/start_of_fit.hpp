@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "calibrate/effects/effect_trial.hpp"
-#include "measured/session_file.hpp"
-#include "measured/yaw_rate_offset.hpp"
+#include "measured/estimates/yaw_rate_offset.hpp"
+#include "measured/session/session_file.hpp"
 
 namespace gripline::calibrate {
 

@@ -9,8 +9,8 @@
 #include "calibrate/effects/candidate_effects.hpp"
 #include "calibrate/fit/fit_starts.hpp"
 #include "calibrate/fit/unknowns.hpp"
-#include "measured/session_file.hpp"
-#include "measured/yaw_rate_offset.hpp"
+#include "measured/estimates/yaw_rate_offset.hpp"
+#include "measured/session/session_file.hpp"
 
 namespace gripline::calibrate {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "config/json_file.hpp"
-#include "measured/centre_of_gravity.hpp"
-#include "measured/session_delays.hpp"
+#include "measured/estimates/session_delays.hpp"
+#include "measured/session/centre_of_gravity.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::calibrate {

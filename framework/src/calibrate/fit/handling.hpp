@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "car/staged_car.hpp"
-#include "measured/steady_turning.hpp"
+#include "measured/estimates/steady_turning.hpp"
 
 namespace gripline::calibrate {
 

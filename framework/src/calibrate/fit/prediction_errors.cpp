@@ -5,7 +5,7 @@
 #include <limits>
 #include <map>
 
-#include "measured/bridged_readings.hpp"
+#include "measured/readings/bridged_readings.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "calibrate/fit/unknowns.hpp"
 #include "calibrate/forecast/forecaster.hpp"
-#include "measured/session_file.hpp"
+#include "measured/session/session_file.hpp"
 
 namespace gripline::calibrate {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calibrate/forecast/forecaster.hpp"
-#include "measured/velocity_axes.hpp"
+#include "measured/replay/velocity_axes.hpp"
 
 namespace gripline::calibrate::forecast {
 

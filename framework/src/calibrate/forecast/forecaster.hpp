@@ -14,9 +14,9 @@
 
 #include "calibrate/forecast/disturbance.hpp"
 #include "car/staged_car.hpp"
-#include "measured/log_map.hpp"
-#include "measured/session.hpp"
-#include "measured/trace.hpp"
+#include "measured/replay/trace.hpp"
+#include "measured/session/log_map.hpp"
+#include "measured/session/session.hpp"
 
 namespace gripline::calibrate {
 

@@ -18,7 +18,7 @@
 #include "config/files.hpp"
 #include "config/json_file.hpp"
 #include "geometry/track_file.hpp"
-#include "measured/session_health.hpp"
+#include "measured/estimates/session_health.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline::calibrate {

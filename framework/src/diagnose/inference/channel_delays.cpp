@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "diagnose/thresholds.hpp"
-#include "measured/bridged_readings.hpp"
-#include "measured/session_delays.hpp"
+#include "measured/estimates/session_delays.hpp"
+#include "measured/readings/bridged_readings.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 

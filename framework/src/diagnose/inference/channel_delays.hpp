@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "diagnose/inference/fit.hpp"
-#include "measured/log_file.hpp"
+#include "measured/log/log_file.hpp"
 
 namespace gripline::diagnose {
 

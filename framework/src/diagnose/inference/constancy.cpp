@@ -8,7 +8,7 @@
 #include "diagnose/inference/bases.hpp"
 #include "diagnose/inference/focused_test.hpp"
 #include "diagnose/inference/predicted_motion.hpp"
-#include "measured/replay.hpp"
+#include "measured/replay/replay.hpp"
 
 namespace gripline::diagnose {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "diagnose/inference/reference.hpp"
-#include "measured/rounding.hpp"
+#include "measured/log/rounding.hpp"
 
 namespace gripline::diagnose {
 namespace {

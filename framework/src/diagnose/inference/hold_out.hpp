@@ -3,8 +3,8 @@
 
 #include "diagnose/inference/error_change.hpp"
 #include "diagnose/inference/fit.hpp"
-#include "measured/log_file.hpp"
-#include "measured/rollout.hpp"
+#include "measured/log/log_file.hpp"
+#include "measured/replay/rollout.hpp"
 
 namespace gripline::diagnose {
 

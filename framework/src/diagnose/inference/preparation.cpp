@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "measured/noise.hpp"
-#include "measured/replay.hpp"
-#include "measured/rounding.hpp"
+#include "measured/log/noise.hpp"
+#include "measured/log/rounding.hpp"
+#include "measured/replay/replay.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {

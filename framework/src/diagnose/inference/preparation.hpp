@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "diagnose/inference/problem.hpp"
-#include "measured/log_file.hpp"
+#include "measured/log/log_file.hpp"
 
 namespace gripline::diagnose {
 

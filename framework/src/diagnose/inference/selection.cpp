@@ -8,7 +8,7 @@
 #include "diagnose/inference/bootstrap.hpp"
 #include "diagnose/inference/constancy.hpp"
 #include "diagnose/inference/support.hpp"
-#include "measured/replay.hpp"
+#include "measured/replay/replay.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::diagnose {

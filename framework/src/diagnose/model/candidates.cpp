@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "diagnose/model/shape_parameters.hpp"
-#include "measured/log_map.hpp"
+#include "measured/session/log_map.hpp"
 
 namespace gripline::diagnose {
 namespace {

@@ -7,7 +7,7 @@
 #include "diagnose/model/dual_pass.hpp"
 #include "diagnose/model/transition.hpp"
 #include "diagnose/thresholds.hpp"
-#include "measured/replay.hpp"
+#include "measured/replay/replay.hpp"
 #include "util/exponential.hpp"
 #include "util/statistics.hpp"
 

@@ -5,7 +5,7 @@
 #include <iterator>
 
 #include "diagnose/model/dual_pass.hpp"
-#include "measured/replay.hpp"
+#include "measured/replay/replay.hpp"
 
 namespace gripline::diagnose {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cstddef>
 
-#include "measured/trace.hpp"
+#include "measured/replay/trace.hpp"
 
 namespace gripline::diagnose {
 

@@ -1,7 +1,7 @@
 #include "diagnose/real_logs/cornering.hpp"
 
 #include "calibrate/fit/handling.hpp"
-#include "measured/centre_of_gravity.hpp"
+#include "measured/session/centre_of_gravity.hpp"
 
 namespace gripline::diagnose {
 

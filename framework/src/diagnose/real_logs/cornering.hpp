@@ -6,7 +6,7 @@
 #include <string>
 
 #include "diagnose/real_logs/missing_effects.hpp"
-#include "measured/steady_turning.hpp"
+#include "measured/estimates/steady_turning.hpp"
 
 namespace gripline::diagnose {
 

@@ -11,7 +11,7 @@
 #include "calibrate/effects/trial_fits.hpp"
 #include "diagnose/real_logs/held_out_comparison.hpp"
 #include "diagnose/real_logs/missing_effects.hpp"
-#include "measured/yaw_rate_offset.hpp"
+#include "measured/estimates/yaw_rate_offset.hpp"
 
 namespace gripline::diagnose {
 

@@ -10,7 +10,7 @@
 #include "diagnose/real_logs/effect_search.hpp"
 #include "diagnose/real_logs/forward_selection.hpp"
 #include "diagnose/thresholds.hpp"
-#include "measured/noise.hpp"
+#include "measured/estimates/session_noise.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {

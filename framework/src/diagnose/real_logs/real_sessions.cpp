@@ -4,8 +4,8 @@
 #include <array>
 
 #include "config/errors.hpp"
-#include "measured/centre_of_gravity.hpp"
-#include "measured/session_delays.hpp"
+#include "measured/estimates/session_delays.hpp"
+#include "measured/session/centre_of_gravity.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {

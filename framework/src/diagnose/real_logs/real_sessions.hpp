@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "diagnose/inference/channel_delays.hpp"
-#include "measured/session_file.hpp"
+#include "measured/session/session_file.hpp"
 
 namespace gripline::diagnose {
 

@@ -9,7 +9,7 @@
 
 #include "config/node.hpp"
 #include "config/reader.hpp"
-#include "measured/log.hpp"
+#include "measured/log/log.hpp"
 
 namespace gripline::diagnose {
 

@@ -10,7 +10,7 @@
 #include "diagnose/inference/selection.hpp"
 #include "diagnose/result/case_file.hpp"
 #include "diagnose/result/diagnosis.hpp"
-#include "measured/log_file.hpp"
+#include "measured/log/log_file.hpp"
 #include "util/progress.hpp"
 #include "world/world_spec.hpp"
 

@@ -1,7 +1,7 @@
 #include "diagnose/result/named_delay.hpp"
 
 #include "diagnose/thresholds.hpp"
-#include "measured/log_map.hpp"
+#include "measured/session/log_map.hpp"
 
 namespace gripline::diagnose {
 

@@ -6,7 +6,7 @@
 
 #include "diagnose/inference/problem.hpp"
 #include "measured/finding.hpp"
-#include "measured/log_file.hpp"
+#include "measured/log/log_file.hpp"
 
 namespace gripline::diagnose {
 

@@ -5,7 +5,7 @@
 
 #include "config/json_file.hpp"
 #include "config/reader.hpp"
-#include "measured/log_map.hpp"
+#include "measured/session/log_map.hpp"
 
 namespace gripline::diagnose {
 

@@ -8,7 +8,7 @@
 #include "diagnose/result/case_file.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
 #include "diagnose/scoring/answer.hpp"
-#include "measured/rollout.hpp"
+#include "measured/replay/rollout.hpp"
 #include "util/clock.hpp"
 #include "util/numbers.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "measured/log_map.hpp"
+#include "measured/session/log_map.hpp"
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {

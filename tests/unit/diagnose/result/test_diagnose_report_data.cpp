@@ -4,7 +4,7 @@
 
 #include "diagnose/inference/hold_out.hpp"
 #include "diagnose/inference/reference.hpp"
-#include "measured/rollout.hpp"
+#include "measured/replay/rollout.hpp"
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {

@@ -1,0 +1,210 @@
+#include "measured/estimates/session_health.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "measured/estimates/session_delays.hpp"
+#include "measured/estimates/session_noise.hpp"
+#include "measured/readings/held_readings.hpp"
+#include "measured/session/centre_of_gravity.hpp"
+#include "util/numbers.hpp"
+#include "util/statistics.hpp"
+
+namespace gripline::measured {
+namespace {
+
+using Values = std::vector<double>;
+using Level = Finding::Level;
+
+double median_deviation(const Values& values, double centre) {
+  Values off;
+  for (const double v : values) off.push_back(std::abs(v - centre));
+  return median(std::move(off));
+}
+
+/// The shift that nearly all values share: the smaller shift of two quantiles, so that a mixture of shifted and other
+/// values has none.
+double shift_of_all(const Values& values, double centre) {
+  const double low = lower_quantile(values, 0.25) - centre, high = lower_quantile(values, 0.75) - centre;
+  if (low * high <= 0.0) return 0.0;
+  return std::abs(low) < std::abs(high) ? low : high;
+}
+
+}  // namespace
+
+std::optional<TimingSlip> timing_slip(const Session& s, double row_step) {
+  if (!s.has[Channel::x] || !s.has[Channel::vx]) return std::nullopt;
+  Values when, lost;
+  double fastest = 0.0;
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    if (!std::isnan(s.at(i, Channel::vx))) fastest = std::max(fastest, std::abs(s.at(i, Channel::vx)));
+  for (std::size_t i = 1; i < s.rows(); ++i) {
+    const double dt = s.t[i] - s.t[i - 1], v = 0.5 * (s.at(i, Channel::vx) + s.at(i - 1, Channel::vx));
+    const double way =
+        std::hypot(s.at(i, Channel::x) - s.at(i - 1, Channel::x), s.at(i, Channel::y) - s.at(i - 1, Channel::y));
+    if (dt > 1.5 * row_step || !(std::abs(v) > 0.3 * fastest) || !std::isfinite(way)) continue;
+    when.push_back(s.t[i]);
+    lost.push_back(way / std::abs(v) - dt);
+  }
+  if (when.size() < 200) return std::nullopt;
+  const double centre = median(lost), spread = median_deviation(lost, centre) / 0.6745;
+  if (!(spread > 0.0)) return std::nullopt;
+  TimingSlip best;
+  for (const double period : {0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0}) {
+    const auto bins = static_cast<std::size_t>(std::round(period / row_step));
+    if (bins < 4 || when.size() < 10 * bins) continue;
+    std::vector<Values> by_phase(bins);
+    for (std::size_t i = 0; i < when.size(); ++i) {
+      const double phase = when[i] / period - std::floor(when[i] / period);
+      by_phase[static_cast<std::size_t>(std::round(phase * static_cast<double>(bins))) % bins].push_back(lost[i]);
+    }
+    for (std::size_t b = 0; b < bins; ++b) {
+      if (by_phase[b].size() < 10) continue;
+      const double off = shift_of_all(by_phase[b], centre);
+      const double score = std::abs(off) / (1.25 * spread) * std::sqrt(static_cast<double>(by_phase[b].size()));
+      // A multiple of the true period splits the same rows among more phases and scores less; a part of it mixes others
+      // in, or has the same rows where it is no multiple of a row.
+      if (score > 0.0 && score >= 0.999 * best.score) best = {period, static_cast<double>(b) * row_step, off, score};
+    }
+  }
+  if (best.score < 8.0 || std::abs(best.travel) < 1e-3) return std::nullopt;
+  return best;
+}
+
+namespace {
+
+void rate_and_gaps(const SessionFile& file, std::vector<Finding>& out) {
+  const Session& s = file.session;
+  double shortest = 1e9, longest = 0.0, missing = 0.0;
+  std::size_t gaps = 0;
+  for (std::size_t i = 1; i < s.rows(); ++i) {
+    const double step = s.t[i] - s.t[i - 1];
+    shortest = std::min(shortest, step);
+    longest = std::max(longest, step);
+    if (step > 2.5 * file.row_step) ++gaps, missing += step;
+  }
+  out.push_back({Level::good, "rate",
+                 significant(1.0 / file.row_step) + " Hz over " + significant(s.t.back() - s.t.front(), 4) + " s",
+                 "steps of " + significant(1e3 * shortest) + " to " + significant(1e3 * longest) + " ms"});
+  if (gaps > 0)
+    out.push_back(
+        {Level::note, "gaps",
+         std::to_string(gaps) + ", " + significant(missing) + " s of them, longest " + significant(longest) + " s",
+         "nothing is bridged"});
+  const double length = s.t.back() - s.t.front();
+  if (length < 20.0)
+    out.push_back(
+        {Level::note, "length", significant(length) + " s", "little to tell parameters apart; 60 s are good"});
+}
+
+void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
+  const Session& s = file.session;
+  for (std::size_t c = 0; c < channels; ++c) {
+    if (!s.has[c]) continue;
+    Values values;
+    std::size_t absent = 0;
+    for (std::size_t i = 0; i < s.rows(); ++i) {
+      values.push_back(s.at(i, c));
+      absent += i > 0 && std::isnan(values.back()) ? 1 : 0;
+    }
+    if (absent > 0)
+      out.push_back(
+          {Level::note, channel_info[c].name, std::to_string(absent) + " readings missing", "left out, one by one"});
+    if (const double every = rows_between_new(s.t, values); every > 1.0)
+      out.push_back({Level::note, channel_info[c].name, "a new value every " + significant(every) + " rows",
+                     "read as if each row were new: say \"hold\": \"held\" in the map"});
+  }
+}
+
+/// Commands that repeat in step and are taken for new in each row.
+void repeated_commands(const SessionFile& file, std::vector<Finding>& out) {
+  const Session& s = file.session;
+  const auto look_at = [&](const BetweenRows& between, const char* name) {
+    if (between.is_unexplained())
+      out.push_back({Level::note, name, "a new value every " + significant(between.repeats) + " rows",
+                     "read as linear between rows: say \"hold\": \"held\" in the map"});
+  };
+  if (!s.prescribed_speed) look_at(s.throttle_between, "d");
+  look_at(s.steering_between, "delta");
+}
+
+void jumps(const SessionFile& file, std::vector<Finding>& out) {
+  const Session& s = file.session;
+  for (std::size_t c = 0; c < channels; ++c) {
+    Values second;
+    for (std::size_t i = 2; i < s.rows(); ++i) {
+      const double d = s.at(i, c) - 2.0 * s.at(i - 1, c) + s.at(i - 2, c);
+      if (!std::isnan(d) && s.t[i] - s.t[i - 2] < 3.0 * file.row_step) second.push_back(std::abs(d));
+    }
+    if (second.size() < 100) continue;
+    const double usual = median(second);
+    const auto far = std::count_if(second.begin(), second.end(), [&](double d) { return d > 60.0 * usual; });
+    if (usual > 0.0 && far > 0)
+      out.push_back({Level::note, channel_info[c].name,
+                     std::to_string(far) + " jumps of more than 60 times its usual change",
+                     "kept; the fit gives them little weight"});
+  }
+}
+
+void add_noise(const Noise& noise, std::size_t channel, std::vector<Finding>& out) {
+  constexpr double most_telling = 0.9;  // correlation beyond which noise and motion look alike
+  const std::string check = std::string("noise of ") + channel_info[channel].name;
+  const std::string colour = "lag-one correlation " + significant(noise.colour, 2);
+  if (noise.sigma == 0.0 || noise.colour > most_telling)
+    out.push_back({Level::good, check, "none that could be told from motion, " + colour,
+                   "simulated, filtered or interpolated at its source"});
+  else
+    out.push_back({Level::good, check, significant(noise.sigma) + " " + channel_info[channel].unit + ", " + colour,
+                   "measured from fourth differences"});
+}
+
+}  // namespace
+
+std::vector<Finding> constant_commands(const Session& session) {
+  constexpr double least_throttle = 0.02, least_angle = 0.005;  // [1], [rad]: less than drivers and noise make of it
+  std::vector<Finding> out;
+  const auto look_at = [&](double CommandSample<double>::*command, double least, const char* name, const char* unit,
+                           const char* lost) {
+    Values values;
+    for (const CommandSample<double>& c : session.command) values.push_back(c.*command);
+    const double low = lower_quantile(values, 0.01), high = lower_quantile(values, 0.99);
+    if (high - low < least)
+      out.push_back({Level::bad, name, "stays between " + significant(low) + " and " + significant(high) + unit, lost});
+  };
+  if (!session.prescribed_speed)
+    look_at(&CommandSample<double>::d, least_throttle, "d", "",
+            "what throttle and brake do is not to be learned; is it the right column?");
+  look_at(&CommandSample<double>::delta, least_angle, "delta", " rad",
+          "what steering does is not to be learned, nor tyres; is it the right column?");
+  return out;
+}
+
+std::vector<Finding> health_of(const SessionFile& file) {
+  const Session& s = file.session;
+  std::vector<Finding> out = file.findings;
+  rate_and_gaps(file, out);
+  held_and_jumping(file, out);
+  repeated_commands(file, out);
+  jumps(file, out);
+  for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
+  for (Finding& finding : doubts_about(file)) out.push_back(std::move(finding));
+  const Session own = at_centre_of_gravity(file);
+  if (const auto slip = timing_slip(own, file.row_step))
+    out.push_back({Level::bad, "position",
+                   std::string(slip->travel < 0.0 ? "falls back by " : "jumps ahead by ") +
+                       significant(1e3 * std::abs(slip->travel)) + " ms of travel once every " +
+                       significant(slip->period) + " s, at " + significant(slip->phase) + " s of each",
+                   "kept as it is: predictions of whole periods do not see it, others miss by as much"});
+  for (std::size_t c = 0; c < channels; ++c)
+    if (const auto noise = s.has[c] ? noise_of(s, c, file.row_step) : std::nullopt) add_noise(*noise, c, out);
+  for (const Delay& d : delays_of(file))
+    out.push_back(
+        {Level::good, std::string("delay of ") + d.channel,
+         significant(d.seconds) + " s (" + significant(d.low) + " to " + significant(d.high) + ") against " + d.against,
+         d.of_clock ? "correlation " + significant(d.correlation, 2)
+                    : "correlation " + significant(d.correlation, 2) + "; the car's own response is in it"});
+  return out;
+}
+
+}  // namespace gripline::measured

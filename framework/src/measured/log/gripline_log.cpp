@@ -1,0 +1,66 @@
+#include "measured/log/gripline_log.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "measured/estimates/session_delays.hpp"
+#include "measured/session/centre_of_gravity.hpp"
+#include "util/numbers.hpp"
+#include "util/whole_file.hpp"
+
+namespace gripline::measured {
+namespace {
+
+void append(std::string& line, double value, int digits) {
+  line += ',';
+  if (std::isnan(value)) return;
+  char buffer[64];
+  const auto [end, code] = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits);
+  if (code == std::errc()) line.append(buffer, end);
+}
+
+}  // namespace
+
+std::vector<std::string> write_gripline_log(const std::filesystem::path& file, const SessionFile& from,
+                                            const LogMap& map) {
+  constexpr std::array<int, channels> digits = {6, 6, 7, 6, 6, 7};
+  const Session& s = from.session;
+  std::vector<std::string> done;
+  constexpr double least = 1e-3;  // [s] shorter delays are none
+  const bool search = std::any_of(map.channel.begin(), map.channel.end(), [](const auto& c) { return c && !c->delay; });
+  std::array<double, delay_groups> delays = clock_delays(map, search ? delays_of(from) : std::vector<Delay>{});
+  for (std::size_t g = 0; g < delay_groups; ++g) {
+    if (std::isnan(delays[g])) {
+      done.push_back(std::string(delay_names[g]) + ": no delay could be found; none is taken off");
+      delays[g] = 0.0;
+    } else if (std::abs(delays[g]) < least) {
+      delays[g] = 0.0;
+    } else {
+      done.push_back(std::string(delay_names[g]) + ": " + significant(delays[g]) + " s taken off");
+    }
+  }
+  std::string out = "t_s";
+  for (std::size_t c = 0; c < channels; ++c)
+    if (s.has[c]) out += std::string(",") + source_info(static_cast<Source>(c)).column;
+  out += from.has_throttle ? ",d,delta_rad\n" : ",delta_rad\n";
+  const Session own = at_centre_of_gravity(from, delays);
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    std::string line;
+    append(line, s.begin + s.t[i], 6);
+    out.append(line, 1);
+    for (std::size_t c = 0; c < channels; ++c) {
+      line.clear();
+      append(line, own.at(i, c), digits[c]);
+      if (s.has[c]) out += line;
+    }
+    line.clear();
+    if (from.has_throttle) append(line, s.command[i].d, 6);
+    append(line, s.command[i].delta, 7);
+    out += line + '\n';
+  }
+  write_file(file, out);
+  return done;
+}
+
+}  // namespace gripline::measured

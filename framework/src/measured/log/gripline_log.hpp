@@ -1,0 +1,19 @@
+// A session as a log in gripline's own columns: SI units, centre of gravity, one clock.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "measured/session/session_file.hpp"
+
+namespace gripline::measured {
+
+/// Writes t_s and those of x_m, y_m, yaw_rad, vx_mps, vy_mps, yaw_rate_radps, d, delta_rad that the session has, a row
+/// for each of its rows. Delays of the map, or those found where it says "find", are removed (a channel is read at the
+/// row's time plus its delay), and so are the map's frames: the columns are those of the centre of gravity. Returns
+/// what was done, one sentence each.
+std::vector<std::string> write_gripline_log(const std::filesystem::path& file, const SessionFile& session,
+                                            const LogMap& map);
+
+}  // namespace gripline::measured

@@ -1,0 +1,234 @@
+#include "measured/log/log_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "measured/readings/bridged_readings.hpp"
+#include "measured/readings/unit_checks.hpp"
+#include "util/numbers.hpp"
+#include "util/statistics.hpp"
+
+namespace gripline::measured {
+namespace {
+
+/// Half a second of a log by different channels; SI units.
+struct LogWindow {
+  double seconds = 0;
+  double way = 0, travel_angle = 0;  // between its ends, by position
+  double turn = 0;                   // by heading
+  double heading = 0;                // half way
+  double speed = 0, rate = 0;        // means of the channels
+  double steer = 0;
+};
+
+std::vector<LogWindow> windows_of(RawLog raw, double dt) {
+  constexpr double length = 0.5;  // [s]
+  const auto stride = static_cast<std::size_t>(std::max(2.0, std::round(length / dt)));
+  // Else channels that are read in different rows would hardly meet at both ends of a window.
+  raw.reading = bridged_readings(raw.t, std::move(raw.reading), length);
+  std::vector<LogWindow> windows;
+  for (std::size_t i = 0; i + stride < raw.size(); i += stride / 2) {
+    LogWindow w;
+    const std::size_t end = i + stride;
+    w.seconds = raw.t[end] - raw.t[i];
+    if (w.seconds > 1.5 * static_cast<double>(stride) * dt) continue;
+    const auto mean = [&](std::size_t c) {
+      double sum = 0.0, count = 0.0;
+      for (std::size_t j = i; j <= end; ++j)
+        if (!std::isnan(raw.at(j, c))) {
+          sum += raw.at(j, c);
+          count += 1.0;
+        }
+      return 2.0 * count > static_cast<double>(stride) ? sum / count : not_a_number;
+    };
+    const double dx = raw.at(end, Channel::x) - raw.at(i, Channel::x),
+                 dy = raw.at(end, Channel::y) - raw.at(i, Channel::y);
+    w.way = std::hypot(dx, dy);
+    w.travel_angle = std::atan2(dy, dx);
+    w.turn = raw.at(end, Channel::yaw) - raw.at(i, Channel::yaw);
+    w.heading = 0.5 * (raw.at(end, Channel::yaw) + raw.at(i, Channel::yaw));
+    w.speed = mean(Channel::vx);
+    w.rate = mean(Channel::yaw_rate);
+    for (std::size_t j = i; j <= end; ++j) w.steer += raw.delta[j] / static_cast<double>(stride + 1);
+    if (std::isfinite(w.way + w.turn + w.speed + w.rate)) windows.push_back(w);
+  }
+  return windows;
+}
+
+void check_speed(const CsvTable& table, double ratio) {
+  const std::string found = "vx_mps is " + significant(ratio) + " times the speed of x_m, y_m";
+  for (const WrongUnit& u : wrong_units)
+    if (ratio > u.low && ratio < u.high)
+      refuse(table, found + (u.of_place ? ": x_m, y_m look like " : ": vx_mps looks like ") + u.name +
+                        (u.of_place ? "; expected m" : "; expected m/s"));
+  if (!(ratio > 0.6 && ratio < 1.6)) refuse(table, found + "; expected about 1");
+}
+
+void check_rate(const CsvTable& table, double ratio) {
+  if (ratio > 30.0 && ratio < 90.0)
+    refuse(table, "yaw_rate_radps is " + significant(ratio) +
+                      " times the rate of yaw_rad: it looks like deg/s; expected rad/s");
+  if (ratio > 1.0 / 90.0 && ratio < 1.0 / 30.0)
+    refuse(table, "yaw_rad turns " + significant(1.0 / ratio) +
+                      " times as fast as yaw_rate_radps says: it looks like degrees; expected rad");
+  if (ratio < -0.5)
+    refuse(table,
+           "yaw_rate_radps seems to have the other sign: it is negative where yaw_rad rises; expected both positive "
+           "to the left (counter-clockwise)");
+}
+
+/// Mean of unit vectors: its length says how far the angles agree, its argument is their circular mean.
+std::complex<double> mean_direction(const std::vector<double>& angles) {
+  std::complex<double> sum;
+  for (const double a : angles) sum += std::polar(1.0, a);
+  return sum / std::max(1.0, static_cast<double>(angles.size()));
+}
+
+/// Course over ground and yaw agree to within the slip angle unless the frame is rotated or mirrored.
+void check_frame(const CsvTable& table, const std::vector<LogWindow>& windows) {
+  std::vector<double> ways, off, mirrored;
+  for (const LogWindow& w : windows) ways.push_back(w.way);
+  const double enough = 0.5 * upper_median(ways, 0.0);
+  for (const LogWindow& w : windows) {
+    if (w.way < enough || std::abs(w.turn) > 1.5) continue;
+    off.push_back(w.travel_angle - w.heading);
+    mirrored.push_back(w.travel_angle + w.heading);
+  }
+  if (off.size() < 5) return;
+  const std::complex<double> direct = mean_direction(off), mirror = mean_direction(mirrored);
+  if (direct.real() > 0.7) return;
+  if (std::abs(direct) > 0.9)
+    refuse(table, "the car moves " + significant(std::arg(direct)) +
+                      " rad to the left of where yaw_rad points; expected yaw counter-clockwise from the x axis");
+  if (std::abs(mirror) > 0.9)
+    refuse(table,
+           "yaw_rad turns the other way than the path of x_m, y_m: the frame seems to be left-handed; expected y to "
+           "the left of x and yaw counter-clockwise");
+}
+
+/// The car turns to the side it is steered to, but for moments of countersteer. Asked of windows driven forwards at
+/// `slowest` [m/s] and more: a car that stands or manoeuvres may have its wheels turned any way.
+void check_steering(const CsvTable& table, std::vector<LogWindow> windows, double slowest) {
+  std::erase_if(windows, [&](const LogWindow& w) { return w.speed < slowest || w.way < slowest * w.seconds; });
+  std::vector<double> sizes;
+  sizes.reserve(windows.size());
+  for (const LogWindow& w : windows) sizes.push_back(std::abs(w.steer));
+  const double enough = std::max(1e-3, lower_quantile(sizes, 0.7, 0.0));
+  double along = 0.0, all = 0.0;
+  for (const LogWindow& w : windows) {
+    if (std::abs(w.steer) < enough) continue;
+    all += 1.0;
+    along += w.steer * w.turn > 0.0 ? 1.0 : 0.0;
+  }
+  if (all >= 8.0 && along < 0.15 * all)
+    refuse(table, "the steering seems to have the other sign: the car turns right where delta_rad is positive in " +
+                      std::to_string(std::lround(100.0 * (1.0 - along / all))) +
+                      " % of the bends; expected positive to the left");
+}
+
+/// Angles of the wheels and pedals: in radians, of the wheels and not of the handwheel, no per cent.
+void check_commands(const CsvTable& table, const RawLog& raw, double delta_max) {
+  std::vector<double> angles, pedals;
+  for (const double angle : raw.delta) angles.push_back(std::abs(angle));
+  for (const double d : raw.d) pedals.push_back(std::abs(d));
+  const double steered = lower_quantile(angles, 0.97, 0.0), pedal = lower_quantile(pedals, 0.97, 0.0);
+  if (steered > 1.6)
+    refuse(table, "delta_rad reaches " + significant(steered) + ": it looks like degrees; expected rad");
+  // A car steers beyond its limit by an error of calibration, never by half.
+  if (delta_max > 0.0 && steered > 1.5 * delta_max)
+    refuse(table, "delta_rad reaches " + significant(steered) + ", and the car's delta_max is " +
+                      significant(delta_max) +
+                      ": it looks like the angle of the handwheel; expected that of the road wheels, so divide by the "
+                      "steering ratio");
+  if (pedal > 1.5) refuse(table, "d reaches " + significant(pedal) + ": it looks like per cent; expected -1 to 1");
+}
+
+}  // namespace
+
+void check_yaw_is_radians(const CsvTable& table, const RawLog& raw) {
+  constexpr double half_turn = std::numbers::pi, close = 0.5;  // [rad]
+  std::size_t jumps = 0;
+  for (std::size_t i = 1; i < raw.size(); ++i) {
+    const double jump = raw.at(i, Channel::yaw) - raw.at(i - 1, Channel::yaw);
+    const double turn = raw.at(i, Channel::yaw_rate) * (raw.t[i] - raw.t[i - 1]);
+    // A car that circles wraps often, by a whole turn less what it turned; a rate in degrees tells nothing of that.
+    const double off = std::remainder(jump - (std::abs(turn) < half_turn ? turn : 0.0), 2.0 * half_turn);
+    if (std::abs(jump) > half_turn && std::abs(off) > close) ++jumps;
+  }
+  if (20 * jumps > raw.size())
+    refuse(table, "yaw_rad jumps by more than half a turn in " + std::to_string(jumps) + " of " +
+                      std::to_string(raw.size()) + " rows: it looks like degrees; expected rad");
+}
+
+/// A column that holds nothing would be blamed on what is made of it: a speed of 0, a car that is parked.
+void check_empty(const CsvTable& table, const RawLog& raw) {
+  for (const std::size_t c : {Channel::x, Channel::y, Channel::yaw, Channel::vx, Channel::yaw_rate}) {
+    std::size_t rows = 0;
+    for (std::size_t i = 0; i < raw.size(); ++i) rows += std::isfinite(raw.at(i, c)) ? 1 : 0;
+    if (rows == 0) refuse(table, std::string(channel_info[c].column) + " holds no number; expected readings");
+  }
+}
+
+void check_units(const CsvTable& table, const RawLog& raw, double dt, const LogExpectations& expected,
+                 std::vector<Finding>& health) {
+  constexpr std::size_t few = 8;  // windows; a log of five seconds has twice as many
+  check_empty(table, raw);
+  const std::vector<LogWindow> windows = windows_of(raw, dt);
+  if (windows.size() < few) {
+    check_commands(table, raw, expected.delta_max);
+    health.push_back({Finding::Level::bad, "units",
+                      "place, heading, speed and yaw rate are hardly ever read within half a second of each other",
+                      "not compared: units, signs and frame are taken on trust"});
+    return;
+  }
+  std::vector<double> speeds;
+  for (const LogWindow& w : windows) speeds.push_back(w.way / w.seconds);
+  const double top = lower_quantile(speeds, 0.95, 0.0);
+  if (top < 0.15 * expected.v_ref)
+    refuse(table, "the car is parked: it hardly exceeds " + significant(top) + " m/s; expected driving around " +
+                      significant(expected.v_ref) + " m/s");
+  const double v_ratio = usual_ratio(
+      windows, [](const LogWindow& w) { return std::abs(w.speed) * w.seconds; },
+      [](const LogWindow& w) { return w.way; });
+  check_speed(table, v_ratio);
+  std::vector<LogWindow> gentle;
+  for (const LogWindow& w : windows)
+    if (std::abs(w.turn) < 2.5) gentle.push_back(w);
+  const double w_ratio = usual_ratio(
+      gentle, [](const LogWindow& w) { return w.rate * w.seconds; }, [](const LogWindow& w) { return w.turn; });
+  check_rate(table, w_ratio);
+  check_commands(table, raw, expected.delta_max);
+  check_frame(table, windows);
+  check_steering(table, windows, 0.2 * expected.v_ref);
+  health.push_back({Finding::Level::good, "units",
+                    "speed over distance " + significant(v_ratio) + ", yaw rate over yaw " + significant(w_ratio),
+                    "plausible"});
+}
+
+void check_place(const CsvTable& table, const RawLog& raw, const Road& road) {
+  const auto usual_beyond = [&](double side) {
+    std::vector<double> beyond;
+    for (std::size_t i = 0, next = 0; i < raw.size(); ++i) {
+      const double x = raw.at(i, Channel::x), y = side * raw.at(i, Channel::y);
+      if (i < next || std::isnan(x + y)) continue;
+      beyond.push_back(road.track().beyond_edge(road.track().locate(x, y)));
+      next = i + 10;  // more would tell nothing new
+    }
+    return upper_median(beyond, 0.0);
+  };
+  const double usual = usual_beyond(1.0);
+  // Half the road's width beyond the edge: a car that leaves its own road stays nearer than that for most of a log.
+  const double allowed = 0.5 * road.track().narrowest();
+  if (usual <= allowed) return;
+  const std::string found =
+      "half of the log lies more than " + significant(usual) + " m outside \"" + road.track().name() + "\"";
+  if (usual_beyond(-1.0) <= allowed)
+    refuse(table, found +
+                      ", and with the sign of y_m changed on it: the frame seems to be left-handed; expected y to "
+                      "the left of x");
+  refuse(table, found + ": it is from another track; give the right one with --track FILE.csv");
+}
+
+}  // namespace gripline::measured

@@ -1,0 +1,37 @@
+// Open-loop predictions along a log: from measured states, with the recorded commands, compared with what was measured.
+#pragma once
+
+#include "measured/replay/replay.hpp"
+
+namespace gripline::measured {
+
+struct RolloutOptions {
+  double horizon = 1.0;    // [s]
+  std::size_t first = 50;  // sample of the first start
+  std::size_t every = 50;  // samples between starts
+  int substeps = 2;        // of integration, per sample
+};
+
+/// One deviation counts as at most so many standard deviations: a spun car counts, but not without bound.
+inline constexpr double most_deviation = 1000.0;
+
+/// Errors of every start at every sample: prediction minus reading, starts x samples x 6; NaN where nothing was read.
+struct Rollouts {
+  std::vector<std::size_t> start;
+  std::size_t samples = 0;
+  std::vector<double> error;
+  std::vector<double> predicted;  // readings predicted, same shape
+};
+
+/// `trace.motion` holds the states to start from (and along which hidden states are warmed up); predictions pass
+/// through the car's own sensors and are compared with trace.log.reading.
+Rollouts roll_out(const StagedCar& car, const Trace& trace, const Road& road, const RolloutOptions& options);
+
+/// States that would give these readings through the car's sensors: n x 6 from n x 6. NaN stays.
+std::vector<double> states_of_readings(const StagedCar& car, const std::vector<double>& readings,
+                                       const std::vector<Place>& at);
+
+/// Root mean square of all errors over standard deviations, over all samples of all starts; 0 without any.
+double rms(const Rollouts& rollouts, const Channels& sigma);
+
+}  // namespace gripline::measured

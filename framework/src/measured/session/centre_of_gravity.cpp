@@ -1,0 +1,60 @@
+#include "measured/session/centre_of_gravity.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "measured/readings/bridged_readings.hpp"
+#include "util/numbers.hpp"
+
+namespace gripline::measured {
+namespace {
+
+/// The centre of gravity's reading behind the row's. `heading`: its yaw, also where the row has none.
+void remove_frames(Channels& r, double heading, const Frame& pose, const Frame& velocity) {
+  r[Channel::yaw] -= pose.yaw;
+  if (pose.x != 0.0 || pose.y != 0.0) {  // else a place needs no heading
+    const double c = std::cos(heading - pose.yaw), s = std::sin(heading - pose.yaw);
+    r[Channel::x] -= pose.x * c - pose.y * s;
+    r[Channel::y] -= pose.x * s + pose.y * c;
+  }
+  const double cv = std::cos(velocity.yaw), sv = std::sin(velocity.yaw);
+  const double vx = r[Channel::vx] * cv - r[Channel::vy] * sv, vy = r[Channel::vy] * cv + r[Channel::vx] * sv;
+  const bool turned = velocity.yaw != 0.0 && !std::isnan(r[Channel::vy]);
+  if (turned) r[Channel::vx] = vx, r[Channel::vy] = vy;
+  if ((velocity.x != 0.0 || velocity.y != 0.0) && !std::isnan(r[Channel::yaw_rate])) {
+    r[Channel::vx] += velocity.y * r[Channel::yaw_rate];
+    r[Channel::vy] -= velocity.x * r[Channel::yaw_rate];
+  }
+}
+
+/// A channel's reading at a time between rows, if the nearer of them has one. `bridged`: the session with readings in
+/// the rows between.
+double moved_reading(const Session& session, const Session& bridged, std::size_t channel, double time) {
+  const std::size_t row = session.row_before(time);
+  if (row + 1 >= session.rows()) return bridged.interpolate(channel, time);
+  const std::size_t nearer = session.t[row + 1] - time < time - session.t[row] ? row + 1 : row;
+  return std::isnan(session.at(nearer, channel)) ? not_a_number : bridged.interpolate(channel, time);
+}
+
+}  // namespace
+
+Session at_centre_of_gravity(const SessionFile& file, const std::array<double, delay_groups>& delays) {
+  const Session& s = file.session;
+  const bool on_time = std::ranges::all_of(delays, [](double delay) { return delay == 0.0; });
+  if (on_time && !file.pose.given() && !file.velocity.given()) return s;
+  Session bridged = s, out = s;
+  bridged.reading = bridged_readings(s.t, s.reading, even_motion);
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    Channels r{};
+    for (std::size_t c = 0; c < channels; ++c) {
+      const double delay = delays[delay_group[c]];
+      r[c] = delay == 0.0 ? s.at(i, c) : moved_reading(s, bridged, c, s.t[i] + delay);
+    }
+    remove_frames(r, bridged.interpolate(Channel::yaw, s.t[i] + delays[delay_group[Channel::yaw]]), file.pose,
+                  file.velocity);
+    std::ranges::copy(r, out.reading.begin() + static_cast<std::ptrdiff_t>(i * channels));
+  }
+  return out;
+}
+
+}  // namespace gripline::measured

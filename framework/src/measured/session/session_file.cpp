@@ -1,0 +1,415 @@
+#include "measured/session/session_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "config/errors.hpp"
+#include "config/units.hpp"
+#include "measured/readings/held_readings.hpp"
+#include "measured/readings/reading_pace.hpp"
+#include "measured/readings/unwrapped_angles.hpp"
+#include "measured/session/log_clock.hpp"
+#include "measured/table/delimited_table.hpp"
+#include "measured/table/earth_places.hpp"
+#include "measured/table/formula.hpp"
+#include "measured/table/placeholder_places.hpp"
+#include "measured/table/refuse_file.hpp"
+#include "measured/table/row_times.hpp"
+#include "util/numbers.hpp"
+#include "util/statistics.hpp"
+
+namespace gripline::measured {
+namespace {
+
+using Values = std::vector<double>;
+using Level = Finding::Level;
+
+class SessionReader {
+ public:
+  SessionReader(DelimitedTable table, const LogMap& map) : map_(map), table_(std::move(table)) {}
+
+  SessionFile read() {
+    out_.session.name = table_.file.filename().string();
+    out_.pose = map_.pose;
+    out_.velocity = map_.velocity;
+    for (const std::string& one : table_.found) note("file", one, "read so");
+    read_time();
+    for (std::size_t s = 0; s < source_count; ++s)
+      if (map_.channel[s]) read_source(static_cast<Source>(s), *map_.channel[s]);
+    drop_half_places();
+    check_needed();
+    apply_valid();
+    find_places();
+    derive();
+    drop_rows_before_commands();
+    out_.session.written_yaw = of(Source::yaw).empty() ? Values(row_.size(), not_a_number) : of(Source::yaw);
+    unwrap_angles(of(Source::yaw));
+    fill();
+    return std::move(out_);
+  }
+
+ private:
+  void note(std::string check, std::string found, std::string done, Level level = Level::note) {
+    out_.findings.push_back({level, std::move(check), std::move(found), std::move(done)});
+  }
+  std::string place_in_map(const MappedChannel& channel) const {
+    return map_.file.empty() ? std::string() : " (" + channel.origin.pointer + " of " + map_.file.string() + ")";
+  }
+
+  /// What one of the channel's numbers is in SI: by the map's unit, else by the unit in the table's header.
+  double factor_of(const MappedChannel& channel, const char* unit, const Formula& formula) {
+    if (!channel.unit.empty()) return to_si("1 " + channel.unit, unit);
+    if (formula.columns().size() != 1) return 1.0;
+    const std::string& name = table_.name[formula.columns()[0]];
+    const bool bare = channel.formula == name || channel.formula == '`' + name + '`';
+    if (!bare && !channel.formula.starts_with('`')) return 1.0;
+    const std::string& written = table_.unit[formula.columns()[0]];
+    if (written.empty()) return 1.0;
+    // Arithmetic may convert already what only a reader of headers understands.
+    const std::string known = header_unit(written, unit, bare);
+    if (!known.empty()) unit_of_header_ = true;
+    if (!known.empty()) return to_si("1 " + known, unit);
+    if (!bare) return 1.0;
+    note("unit", name + ": the header's \"" + written + "\" is no unit of this kind",
+         std::string("taken for ") + unit + "; `unit` in the map says another");
+    return 1.0;
+  }
+
+  struct UnreadColumn {
+    std::string message;
+    int line;
+  };
+
+  /// Says once of a column that text stands where numbers are expected; a column of nothing else is refused.
+  void check_cells(std::size_t column, bool of_time) {
+    if (column >= table_.unread.size() || table_.unread[column].cells == 0) return;
+    const DelimitedTable::Unread& unread = table_.unread[column];
+    const bool none = std::ranges::all_of(table_.column[column], [](double v) { return std::isnan(v); });
+    const std::string forms =
+        of_time ? "; times are read as 12.5, 1:02.5, 12:34:56.7 and 2018-04-08 10:31:37.5" : std::string();
+    const std::string first = "\"" + unread.first + "\"";
+    if (none)
+      throw UnreadColumn{"column " + table_.name[column] + ": none of its cells is a number; the first is " + first +
+                             (of_time ? forms : "; expected numbers alone, as 12.5 or -2e-3"),
+                         unread.line};
+    if (!told_.insert(column).second) return;
+    note("cells",
+         table_.name[column] + ": " + std::to_string(unread.cells) + " are no numbers, the first " + first +
+             " in line " + std::to_string(unread.line) + forms,
+         "taken for missing");
+  }
+
+  /// Which of two columns of one name is meant, nobody can tell.
+  void check_name(std::size_t column) const {
+    const std::string& name = table_.name[column];
+    if (std::ranges::find(table_.repeated, name) == table_.repeated.end()) return;
+    throw UnreadColumn{
+        "column " + name + " stands more than once in the header; expected each column that is read once", 0};
+  }
+
+  Values evaluate(const MappedChannel& channel, const char* unit, const char* name) {
+    try {
+      const Formula formula(channel.formula, table_, std::string(name));
+      for (const std::size_t column : formula.columns()) {
+        check_name(column);
+        check_cells(column, name == std::string_view("time"));
+      }
+      Values values = formula.evaluate(table_, time_all_);
+      const double factor = channel.sign * factor_of(channel, unit, formula);
+      for (double& v : values) v = std::isfinite(v) ? factor * v : not_a_number;
+      return values;
+    } catch (const UnreadColumn& problem) {
+      refuse_file(table_.file, problem.message, problem.line);
+    } catch (const InputError& problem) {
+      if (map_.file.empty()) refuse_file(table_.file, problem.what(), 1);
+      Diagnostic d;
+      d.file = map_.file.string();
+      d.line = channel.origin.line;
+      d.column = channel.origin.column;
+      d.pointer = channel.origin.pointer;
+      d.message = std::string(problem.what()) + " in " + table_.file.string();
+      throw InputError({d});
+    }
+  }
+
+  void read_time() {
+    if (map_.file.empty() && table_.find(map_.time.formula) < 0) refuse_missing(map_.time.formula);
+    time_all_ = evaluate(map_.time, "s", "time");
+    const int column = table_.find(map_.time.formula);
+    const bool of_clock = column >= 0 && table_.is_clock(static_cast<std::size_t>(column));
+    RowTimes rows = order_rows(table_, time_all_, of_clock, out_.findings);
+    const double begin = rows.t.front(), end = rows.t.back();
+    time_all_ = times_since(begin, std::move(time_all_), end);
+    out_.session.begin = begin;
+    out_.session.t = times_since(begin, std::move(rows.t), end);
+    out_.row_step = rows.step;
+    row_ = std::move(rows.row);
+  }
+
+  void read_source(Source source, const MappedChannel& channel) {
+    const SourceInfo& info = source_info(source);
+    const bool own_log = map_.file.empty();
+    if (own_log && table_.find(info.column) < 0) return;  // absent; check_needed says what must be there
+    unit_of_header_ = false;
+    const Values all = evaluate(channel, info.unit, info.name);
+    of_header_[static_cast<std::size_t>(source)] = unit_of_header_;
+    Values& to = of(source);
+    for (const std::size_t r : row_) to.push_back(all[r]);
+    const bool command = source == Source::d || source == Source::delta;
+    if (!command && std::ranges::all_of(to, [](double v) { return std::isnan(v); })) {
+      to.clear();
+      note(info.name, "no number in its column", "taken for absent");
+      return;
+    }
+    if (channel.between.held() && !channel.command && !is_place(source)) drop_repeats(source);
+  }
+  void drop_repeats(Source source) {
+    note(source_info(source).name,
+         std::to_string(drop_held(out_.session.t, of(source))) + " rows hold the value before",
+         "read when it is new, or stays for longer than usual");
+  }
+  /// A place has two coordinates: one without the other is none.
+  void drop_half_places() {
+    for (const auto& [one, other] : {std::pair(Source::x, Source::y), {Source::latitude, Source::longitude}})
+      if (has(one) != has(other)) of(one).clear(), of(other).clear();
+  }
+  static bool is_place(Source source) {
+    return source == Source::x || source == Source::y || source == Source::latitude || source == Source::longitude;
+  }
+  /// Placeholders repeat, and are told by that: before repeated readings are dropped.
+  void find_places() {
+    const bool on_earth = has(Source::latitude) && !has(Source::x);
+    if (on_earth) place_from_degrees();
+    if (!has(Source::x)) return;
+    if (!on_earth) drop_placeholders();
+    for (const auto& [to, from] : {std::pair(Source::x, on_earth ? Source::longitude : Source::x),
+                                   {Source::y, on_earth ? Source::latitude : Source::y}})
+      if (map_.channel[static_cast<std::size_t>(from)]->between.held()) drop_repeats(to);
+  }
+
+  Values& of(Source source) { return values_[static_cast<std::size_t>(source)]; }
+  const Values& of(Source source) const { return values_[static_cast<std::size_t>(source)]; }
+  bool has(Source source) const { return !of(source).empty(); }
+
+  void check_needed() const {
+    std::string missing;
+    const auto need = [&](bool there, const char* what) {
+      if (!there) missing += (missing.empty() ? "" : ", ") + std::string(what);
+    };
+    const bool place = has(Source::x) && has(Source::y);
+    const bool degrees = has(Source::latitude) && has(Source::longitude);
+    need(place || degrees || has(Source::vx), "x_m and y_m, or vx_mps");
+    need(place || degrees || has(Source::yaw) || has(Source::yaw_rate), "yaw_rad or yaw_rate_radps");
+    need(has(Source::delta), "delta_rad");
+    if (missing.empty()) return;
+    refuse_missing(missing);
+  }
+
+  [[noreturn]] void refuse_missing(const std::string& missing) const {
+    std::string found;
+    for (const std::string& name : table_.name) found += (found.empty() ? "" : ", ") + name;
+    refuse_file(table_.file,
+                "columns missing: " + missing + "; found: " + found +
+                    "; a log with columns of its own needs a map (gripline import --guess LOG.csv writes one)");
+  }
+
+  void apply_valid() {
+    if (map_.valid.empty()) return;
+    MappedChannel channel = map_.time;
+    channel.formula = map_.valid;
+    channel.sign = 1;
+    channel.unit.clear();
+    const Values all = evaluate(channel, "1", "valid");
+    std::size_t dropped = 0;
+    for (std::size_t i = 0; i < row_.size(); ++i) {
+      if (all[row_[i]] != 0.0 && !std::isnan(all[row_[i]])) continue;
+      ++dropped;
+      for (const Source s : {Source::x, Source::y, Source::yaw, Source::vx, Source::vy, Source::yaw_rate,
+                             Source::latitude, Source::longitude})
+        if (has(s)) of(s)[i] = not_a_number;
+    }
+    if (dropped > 0) note("valid", std::to_string(dropped) + " rows are not", "their readings are left out");
+  }
+
+  /// Whether map, header or formula say in which unit the numbers of a channel are that is read.
+  bool has_unit(Source source) const {
+    const MappedChannel& channel = *map_[source];
+    // Arithmetic may convert; a column alone does not.
+    const bool bare = table_.find(channel.formula) >= 0;
+    for (const char* conversion : {"rad(", "pi"})
+      if (!bare && channel.formula.find(conversion) != std::string::npos) return true;
+    return !channel.unit.empty() || of_header_[static_cast<std::size_t>(source)];
+  }
+
+  void drop_placeholders() {
+    const PlaceholderPlaces dropped = drop_placeholder_places(out_.session.t, of(Source::x), of(Source::y));
+    if (dropped.rows > 0)
+      note("place",
+           std::to_string(dropped.rows) + " rows at the beginning show " + significant(dropped.x, 6) + ", " +
+               significant(dropped.y, 6) + ", far from the rest",
+           "taken for missing: there was no fix yet");
+  }
+
+  void place_from_degrees() {
+    std::vector<int> line;
+    for (const std::size_t r : row_) line.push_back(table_.line[r]);
+    PlanePlaces places = on_plane({.latitude = of(Source::latitude),
+                                   .longitude = of(Source::longitude),
+                                   .latitude_unit_is_known = has_unit(Source::latitude),
+                                   .longitude_unit_is_known = has_unit(Source::longitude),
+                                   .t = out_.session.t},
+                                  table_.file, line, out_.findings);
+    of(Source::x) = std::move(places.x);
+    of(Source::y) = std::move(places.y);
+  }
+
+  /// Course and speed from the places of this row and the last one that had one: nothing later is looked at.
+  void derive() {
+    const bool place = has(Source::x) && has(Source::y), has_speed = has(Source::vx);
+    if (!place || (has(Source::yaw) && has_speed)) return;
+    const auto& t = out_.session.t;
+    Values course(t.size(), not_a_number), speed(t.size(), not_a_number), along_x(t.size(), not_a_number),
+        along_y(t.size(), not_a_number);
+    std::size_t last = t.size();
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      if (std::isnan(of(Source::x)[i] + of(Source::y)[i])) continue;
+      if (last < i) {
+        const double dt = t[i] - t[last];
+        along_x[i] = (of(Source::x)[i] - of(Source::x)[last]) / dt;
+        along_y[i] = (of(Source::y)[i] - of(Source::y)[last]) / dt;
+        speed[i] = std::hypot(along_x[i], along_y[i]);
+        if (speed[i] > 0.5) course[i] = std::atan2(along_y[i], along_x[i]);
+      }
+      last = i;
+    }
+    if (!has(Source::yaw)) {
+      of(Source::yaw) = std::move(course);
+      out_.derived_yaw = true;
+      note("yaw", "absent", "the course over ground is taken; sideslip is not seen");
+      if (!has_speed) of(Source::vx) = std::move(speed);
+    } else {
+      const bool sideways = !has(Source::vy);
+      for (std::size_t i = 0; i < t.size(); ++i) {
+        const double heading = of(Source::yaw)[i] - map_.pose.yaw, c = std::cos(heading), s = std::sin(heading);
+        of(Source::vx).push_back(c * along_x[i] + s * along_y[i]);
+        if (sideways) of(Source::vy).push_back(c * along_y[i] - s * along_x[i]);
+      }
+    }
+    if (has_speed) return;
+    out_.derived_velocity = true;
+    note("velocity", "absent", "from differences of the place, half a step late");
+  }
+
+  /// Before the first value of a command nobody knows it, and the car need not drive straight.
+  void drop_rows_before_commands() {
+    std::size_t first = 0;
+    for (const Source command : {Source::d, Source::delta}) {
+      if (!has(command)) continue;
+      const Values& values = of(command);
+      const auto begin = std::ranges::find_if(values, [](double v) { return !std::isnan(v); });
+      if (begin != values.end()) {
+        first = std::max(first, static_cast<std::size_t>(begin - values.begin()));
+      } else if (command == Source::d) {
+        of(command).clear();  // as if the map did not name it
+      } else {
+        refuse_file(table_.file, "the steering is never given");
+      }
+    }
+    if (first == 0) return;
+    const auto drop = [&](auto& all) {
+      if (!all.empty()) all.erase(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(first));
+    };
+    for (Values& values : values_) drop(values);
+    drop(out_.session.t);
+    drop(row_);
+    note("commands", std::to_string(first) + " rows before the first value of throttle and steering", "left out");
+    if (row_.size() < 20)
+      refuse_file(table_.file, "only " + std::to_string(row_.size()) +
+                                   " rows from the first value of throttle and steering on; expected a log of at least "
+                                   "5 s");
+  }
+
+  void fill() {
+    Session& s = out_.session;
+    const std::size_t n = s.t.size();
+    for (std::size_t c = 0; c < channels; ++c)
+      s.has[c] = std::any_of(values_[c].begin(), values_[c].end(), [](double v) { return !std::isnan(v); });
+    if (!s.has[Channel::vy]) note("vy", "absent", "done without");
+    if (!s.has[Channel::yaw_rate]) note("yaw rate", "absent", "seen through the heading only");
+    if (!s.has[Channel::x]) note("place", "absent", "speeds and yaw rate are judged alone");
+    s.reading.resize(n * channels, not_a_number);
+    for (std::size_t c = 0; c < channels; ++c)
+      if (s.has[c])
+        for (std::size_t i = 0; i < n; ++i) s.reading[i * channels + c] = values_[c][i];
+    out_.has_throttle = has(Source::d);
+    if (!out_.has_throttle) note("throttle", "absent", "vx is taken from the log: the lateral motion is judged");
+    CommandSample<double> now{0.0, 0.0};
+    std::size_t missing = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double d = out_.has_throttle ? of(Source::d)[i] : 0.0;
+      const double delta = of(Source::delta)[i];
+      missing += std::isnan(d) || std::isnan(delta);
+      if (!std::isnan(d)) now.d = d;
+      if (!std::isnan(delta)) now.delta = delta;
+      s.command.push_back(now);
+    }
+    if (missing > 0) note("commands", std::to_string(missing) + " rows without", "the last one is held");
+    s.throttle_between = between_rows(Source::d, &CommandSample<double>::d);
+    s.steering_between = between_rows(Source::delta, &CommandSample<double>::delta);
+    s.prescribed_speed = !out_.has_throttle;
+    check_pace("throttle", &CommandSample<double>::d, s.throttle_between.every);
+    check_pace("steering", &CommandSample<double>::delta, s.steering_between.every);
+  }
+
+  BetweenRows between_rows(Source source, double CommandSample<double>::*command) const {
+    BetweenRows between = map_[source] ? map_[source]->between : BetweenRows{};
+    Values values;
+    for (const CommandSample<double>& c : out_.session.command) values.push_back(c.*command);
+    between.repeats = rows_between_new(out_.session.t, values);
+    return between;
+  }
+
+  void check_pace(const char* name, double CommandSample<double>::*command, double every) {
+    if (!(every > 0.0)) return;
+    const Session& s = out_.session;
+    ReadingPace pace(every, s.t.front());
+    Values intervals;
+    std::size_t stood = 0, until = 0;  // changes that are taken as they stand, and all of them up to the last of these
+    for (std::size_t i = 1; i < s.rows(); ++i) {
+      if (s.command[i].*command == s.command[i - 1].*command) continue;
+      intervals.push_back(s.t[i] - pace.last());
+      pace.change(s.t[i]);
+      if (!pace.kept()) ++stood, until = intervals.size();
+    }
+    if (stood == 0) return;
+    const std::string of = std::to_string(stood) + " of " + std::to_string(intervals.size());
+    intervals.resize(until);
+    note(name,
+         "changes every " + significant(median(std::move(intervals)), 2) + " s, the map says read every " +
+             significant(every) + " s",
+         of + " changes are taken as they stand in the rows");
+  }
+
+  const LogMap& map_;
+  DelimitedTable table_;
+  SessionFile out_;
+  Values time_all_;               // of the table's rows, from the first that counts on
+  std::vector<std::size_t> row_;  // of the table, by row of the session
+  std::set<std::size_t> told_;    // columns of which it is said that cells are no numbers
+  bool unit_of_header_ = false;   // the channel that was evaluated last has the unit of the table's header
+  std::array<bool, source_count> of_header_{};
+  std::array<Values, source_count> values_;
+};
+
+}  // namespace
+
+SessionFile read_session(const std::filesystem::path& log, const LogMap& map) {
+  return read_session(read_delimited(log), map);
+}
+
+SessionFile read_session(DelimitedTable table, const LogMap& map) {
+  return SessionReader(std::move(table), map).read();
+}
+
+}  // namespace gripline::measured

@@ -1,0 +1,41 @@
+// Makes a session of a logger's table and a map: rows in SI units, from the time of the first row on.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "measured/finding.hpp"
+#include "measured/session/log_map.hpp"
+#include "measured/table/delimited_table.hpp"
+
+namespace gripline::measured {
+
+struct SessionFile {
+  Session session;
+  std::vector<Finding> findings;
+  bool has_throttle = false;      // else vx is taken from the log
+  bool derived_velocity = false;  // vx, vy from differences of the place
+  bool derived_yaw = false;       // the course over ground
+  double row_step = 0;            // median [s]
+  Frame pose, velocity;           // of the units whose readings these are, as the map states them
+};
+
+/// Reads a log through a map. Readings that are missing, or held from the row before where the map says so, are NaN;
+/// yaw is unwrapped; what the log lacks is derived from what it has (speed and course from places) or
+/// left out. Rows of one time stamp become one, and those before the first commands are left out; nothing is smoothed,
+/// moved or interpolated. Throws InputError: a missing column, one without numbers, a wrong unit, time that runs
+/// backward or steps by more than an hour, fewer than 20 rows, no steering.
+SessionFile read_session(const std::filesystem::path& log, const LogMap& map);
+SessionFile read_session(DelimitedTable table, const LogMap& map);
+
+/// Checks that the numbers fit the map, by medians over driving, so that no outlier decides; its frames are taken off
+/// first. Throws InputError with the evidence: units of speed, angles and time, a heading turned against the path, a
+/// steering angle or yaw rate of the other sign, a parked car. `v_ref`: typical speed of the car [m/s].
+void check_session(const SessionFile& file, double v_ref);
+
+/// Channels that hardly fit the others, but may: steering that the car does not follow, a lateral speed against the
+/// place, a speed that is surely another than that of the place, a yaw that is the course though vy is not 0.
+std::vector<Finding> doubts_about(const SessionFile& file);
+
+}  // namespace gripline::measured

@@ -1,0 +1,119 @@
+#include "measured/estimates/session_health.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "support/wandering_session.hpp"
+
+namespace gripline::measured {
+namespace test_session_health {
+
+using test::as_it_is;
+using test::wandering;
+
+TEST(TimingSlip, APositionThatFallsBackOnceASecondIsSeen) {
+  const auto late = [](double t) { return 0.008 * (t - std::floor(t)); };  // falls back 8 ms at every full second
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  const Session s = wandering([&](double t, std::size_t, auto& row, auto&, auto&, auto& speed_at) {
+    const double ahead = late(t + 1e-9) * speed_at(t);
+    row[0] += ahead * std::cos(row[2]) + 0.004 * normal(random);
+    row[1] += ahead * std::sin(row[2]) + 0.004 * normal(random);
+  });
+  const auto slip = timing_slip(s, 0.04);
+  ASSERT_TRUE(slip);
+  EXPECT_EQ(slip->period, 1.0);
+  EXPECT_NEAR(slip->travel, -0.008, 0.002);
+  EXPECT_FALSE(timing_slip(wandering(as_it_is), 0.04));
+}
+
+TEST(Health, TellsRateGapsHeldChannelsAndJumps) {
+  SessionFile file;
+  file.row_step = 0.04;
+  file.session = wandering([](double, std::size_t k, auto& row, auto&, auto&, auto&) {
+    if (k % 4 != 0) row[4] = 7.0;
+    if (k == 1000) row[2] += 3.0;
+  });
+  double held = 0.0;
+  for (std::size_t i = 0; i < file.session.rows(); ++i) {
+    if (i % 4 == 0) held = 0.01 * std::sin(0.01 * static_cast<double>(i));
+    file.session.reading[i * 6 + 4] = held;
+  }
+  for (std::size_t i = 2000; i < file.session.rows(); ++i) file.session.t[i] += 1.0;
+  const auto lines = health_of(file);
+  const auto has = [&](const char* check, const char* words) {
+    return std::any_of(lines.begin(), lines.end(), [&](const Finding& f) {
+      return f.check == check && (f.found + f.done).find(words) != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(has("rate", "25 Hz"));
+  EXPECT_TRUE(has("gaps", "longest 1.04 s"));
+  EXPECT_TRUE(has("vy", "every 4 rows"));
+  EXPECT_TRUE(has("yaw", "jumps"));
+  EXPECT_TRUE(has("noise of vx", "lag-one correlation"));
+}
+
+TEST(Health, OneConstantCommandOrBothAreTold) {
+  SessionFile file;
+  file.row_step = 0.04;
+  file.session = wandering([](double t, std::size_t, auto&, auto& command, auto&, auto&) {
+    command.d = 0.3;
+    command.delta = 0.1 * std::sin(t);
+  });
+  const auto lines = constant_commands(file.session);
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_EQ(lines[0].check, "d");
+  EXPECT_EQ(lines[0].found, "stays between 0.3 and 0.3");
+  const auto health = health_of(file);
+  EXPECT_TRUE(std::any_of(health.begin(), health.end(),
+                          [](const Finding& f) { return f.check == "d" && f.level == Finding::Level::bad; }));
+  for (auto& command : file.session.command) command.delta = 0.05;
+  EXPECT_EQ(constant_commands(file.session).size(), 2u);
+}
+
+/// A receiver of 12.5 Hz in rows of 25 Hz.
+TEST(SessionHealth, EveryOtherRowThatRepeatsIsHeld) {
+  const auto hints = [](std::size_t rows) {
+    std::array<double, 6> last{};
+    SessionFile file;
+    file.row_step = 0.04;
+    file.session = wandering([&](double, std::size_t k, auto& row, auto&, auto, auto) {
+      if (k % rows == 0) last = row;
+      row[0] = last[0], row[1] = last[1];
+    });
+    std::string names;
+    for (const Finding& f : health_of(file))
+      if (f.done.find("\"hold\": \"held\"") != std::string::npos) names += f.check + " " + f.found + "; ";
+    return names;
+  };
+  EXPECT_EQ(hints(1), "");
+  EXPECT_EQ(hints(2), "x a new value every 2 rows; y a new value every 2 rows; ");
+}
+
+TEST(SessionHealth, CommandsThatRepeatInStepAreToldUnlessTheMapSaysWhatThatMeans) {
+  SessionFile file;
+  file.row_step = 0.04;
+  file.session = wandering([](double, std::size_t, auto&, auto&, auto&, auto&) {});
+  const auto told = [&] {
+    std::string names;
+    for (const Finding& f : health_of(file))
+      if (f.done.find("linear between rows: say \"hold\": \"held\"") != std::string::npos)
+        names += f.check + " " + f.found + "; ";
+    return names;
+  };
+  EXPECT_EQ(told(), "") << "commands that do not repeat";
+  file.session.throttle_between.repeats = 2;
+  file.session.steering_between.repeats = 1.6;
+  EXPECT_EQ(told(), "d a new value every 2 rows; delta a new value every 1.6 rows; ");
+  file.session.throttle_between.stated = true;
+  EXPECT_EQ(told(), "delta a new value every 1.6 rows; ");
+  file.session.prescribed_speed = true;
+  file.session.throttle_between.stated = false;
+  EXPECT_EQ(told(), "delta a new value every 1.6 rows; ") << "there is no throttle";
+}
+
+}  // namespace test_session_health
+}  // namespace gripline::measured

@@ -1,0 +1,525 @@
+#include "measured/session/session_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "config/errors.hpp"
+#include "config/json_file.hpp"
+#include "support/session_logs.hpp"
+
+namespace gripline::measured {
+namespace test_session_file {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using namespace test;
+using testing_support::scratch;
+constexpr double pi = std::numbers::pi;
+
+TEST(SessionFile, ReadsGriplinesOwnColumnsAndUnwrapsYaw) {
+  const SessionFile file = read_session(plain_log(), gripline_map());
+  const Session& s = file.session;
+  EXPECT_EQ(s.rows(), 800u);
+  EXPECT_NEAR(file.row_step, 0.05, 1e-9);
+  EXPECT_TRUE(file.has_throttle);
+  for (std::size_t i = 1; i < s.rows(); ++i) EXPECT_LT(std::abs(s.at(i, 2) - s.at(i - 1, 2)), 0.2);
+  EXPECT_EQ(s.command[5].d, 0.2);
+}
+
+TEST(SessionFile, UnitsSignsAndFormulasAreApplied) {
+  const auto log = log_of(
+      "ms;east;kmh;wheel;gas;off", [](std::ostream& out, double t, double x, double, double, double, double delta) {
+        out << 1000 * t << ';' << x << ";36;" << -15 * delta * 180 / pi << ";25;" << (t > 20 ? 1 : 0) << '\n';
+      });
+  const LogMap map = map_of(R"map({"time": {"column": "ms", "unit": "ms"}, "channels": {
+    "vx": {"column": "kmh", "unit": "km/h"}, "yaw_rate": {"formula": "0 * kmh"},
+    "delta": {"formula": "wheel / 15", "unit": "deg", "sign": -1},
+    "d": {"formula": "if(off > 0.5, 0, gas / 100)"}}})map");
+  const Session s = read_session(log, map).session;
+  EXPECT_NEAR(s.t[1], 0.05, 1e-12);
+  EXPECT_NEAR(s.at(3, 3), 10.0, 1e-12);
+  EXPECT_NEAR(s.command[100].delta, 0.6 * std::sin(0.8 * 5.0) * 0.26, 1e-9);
+  EXPECT_EQ(s.command[100].d, 0.25);
+  EXPECT_EQ(s.command[500].d, 0.0);
+  EXPECT_FALSE(s.has[0]);
+}
+
+TEST(SessionFile, HeldReadingsAreReadWhenTheyAreNew) {
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double, double, double, double rate, double delta) {
+                            out << t << ',' << 10 + 0.001 * std::floor(t + 1e-9) << ',' << rate << ',' << delta << '\n';
+                          });
+  const LogMap map = map_of(R"({"time": "t_s", "channels": {"vx": {"column": "vx_mps", "hold": "held"},
+    "yaw_rate": "yaw_rate_radps", "delta": "delta_rad"}})");
+  const Session s = read_session(log, map).session;
+  std::size_t read = 0;
+  for (std::size_t i = 0; i < s.rows(); ++i) read += !std::isnan(s.at(i, 3));
+  EXPECT_EQ(read, 40u);  // once a second
+  EXPECT_TRUE(s.prescribed_speed);
+}
+
+TEST(SessionFile, ACommandThatChangesMoreOftenThanTheMapSaysIsSaid) {
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double, double, double, double rate, double) {
+                            out << t << ",10," << rate << ',' << 0.01 * std::sin(std::floor(t / 0.1 + 1e-6)) << '\n';
+                          });
+  const auto said = [&](const char* every) {
+    std::string text = R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
+      "delta": {"column": "delta_rad", "kind": "command", "every": ")";
+    text.append(every).append("\"}}}");
+    for (const Finding& f : read_session(log, map_of(text)).findings)
+      if (f.check == "steering") return std::string(f.found).append("; ").append(f.done);
+    return std::string();
+  };
+  EXPECT_EQ(said("0.1 s"), "");
+  EXPECT_EQ(
+      said("0.2 s"),
+      "changes every 0.1 s, the map says read every 0.2 s; 397 of 399 changes are taken as they stand in the rows");
+}
+
+TEST(SessionFile, ChangesThatComeTooSoonForAWhileAreCountedAsTheyAreRead) {
+  // Every 0.1 s for the first four seconds, every 0.2 s after: read one by one, changes up to about 12 s stand.
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double, double, double, double rate, double) {
+                            const double pace = t < 4.0 - 1e-6 ? 0.1 : 0.2;
+                            out << t << ",10," << rate << ',' << 0.01 * std::sin(std::floor(t / pace + 1e-6)) << '\n';
+                          });
+  const LogMap map = map_of(R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
+    "delta": {"column": "delta_rad", "kind": "command", "every": "0.2 s"}}})");
+  const SessionFile file = read_session(log, map);
+  std::string done;
+  for (const Finding& f : file.findings)
+    if (f.check == "steering") done = f.done;
+  const CommandGrid grid(file.session, 0.01);
+  std::size_t stand = 0, changes = 0;
+  for (std::size_t i = 1; i < file.session.rows(); ++i) {
+    if (file.session.command[i].delta == file.session.command[i - 1].delta) continue;
+    ++changes;
+    const auto k = static_cast<std::size_t>(std::lround((file.session.t[i] - grid.t0) / grid.dt));
+    stand += grid.fixed_at[1][k - 8] < file.session.t[i] - 1e-9;  // no straight line leads there
+  }
+  EXPECT_GT(stand, 40u);
+  EXPECT_LT(stand, changes / 2);
+  EXPECT_EQ(done, std::to_string(stand).append(" of ").append(std::to_string(changes)) +
+                      " changes are taken as they stand in the rows");
+}
+
+TEST(SessionFile, AHeldReadingThatStaysIsOfACarThatStands) {
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double, double, double, double rate, double delta) {
+                            const double v = t < 20.0 ? 10 + 0.001 * std::floor(t / 0.2 + 1e-9) : 0.0;
+                            out << t << ',' << v << ',' << rate << ',' << delta << '\n';
+                          });
+  const LogMap map = map_of(R"({"time": "t_s", "channels": {"vx": {"column": "vx_mps", "hold": "held"},
+    "yaw_rate": "yaw_rate_radps", "delta": "delta_rad"}})");
+  const Session s = read_session(log, map).session;
+  std::size_t moving = 0, standing = 0;
+  for (std::size_t i = 0; i < s.rows(); ++i) (s.t[i] < 20.0 - 1e-9 ? moving : standing) += !std::isnan(s.at(i, 3));
+  EXPECT_EQ(moving, 100u);
+  EXPECT_NEAR(static_cast<double>(standing), 100.0, 3.0);
+}
+
+TEST(SessionFile, EmptyCellsOfAHeldColumnAreNoReadings) {
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double, double, double, double rate, double delta) {
+                            out << t << ',';
+                            if (t > 5.0 - 1e-9) out << 10 + 0.001 * std::floor(t / 0.2 + 1e-9);
+                            out << ',' << rate << ',' << delta << '\n';
+                          });
+  const LogMap map = map_of(R"({"time": "t_s", "channels": {"vx": {"column": "vx_mps", "hold": "held"},
+    "yaw_rate": "yaw_rate_radps", "delta": "delta_rad"}})");
+  const Session s = read_session(log, map).session;
+  std::size_t read = 0;
+  for (std::size_t i = 0; i < s.rows(); ++i) read += s.t[i] < 15.0 - 1e-9 && !std::isnan(s.at(i, 3));
+  EXPECT_EQ(read, 50u);  // five a second, from the fifth second on
+}
+
+TEST(SessionFile, ARowWhoseValidityIsMissingHasNoReadings) {
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad,status",
+                          [](std::ostream& out, double t, double, double, double, double rate, double delta) {
+                            out << t << ",10," << rate << ',' << delta << ',';
+                            if (t < 10.0 - 1e-9) out << (t < 5.0 - 1e-9 ? 0 : 2);
+                            out << '\n';
+                          });
+  for (const char* valid : {"status != 0", "!(status < 1)"}) {
+    std::string text = R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
+      "delta": "delta_rad"}, "valid": ")";
+    const Session s = read_session(log, map_of(text.append(valid).append("\"}"))).session;
+    for (std::size_t i = 0; i < s.rows(); ++i)
+      EXPECT_EQ(std::isnan(s.at(i, 3)), i < 100 || i >= 200) << valid << ", row " << i;
+  }
+}
+
+TEST(SessionFile, SpeedsFollowFromPlacesWhereTheLogHasNone) {
+  const auto log =
+      log_of("t_s,x_m,y_m,delta_rad", [](std::ostream& out, double t, double x, double y, double, double,
+                                         double delta) { out << t << ',' << x << ',' << y << ',' << delta << '\n'; });
+  const LogMap map = map_of(R"({"time": "t_s", "channels": {"x": "x_m", "y": "y_m", "delta": "delta_rad"}})");
+  const SessionFile file = read_session(log, map);
+  EXPECT_TRUE(file.derived_velocity);
+  EXPECT_TRUE(file.derived_yaw);
+  EXPECT_NEAR(file.session.at(100, 3), 10.0, 1e-6);
+  EXPECT_TRUE(file.session.has[2]);
+  EXPECT_FALSE(file.session.has[5]);
+}
+
+TEST(SessionFile, ASpeedThatIsThereIsNotDerivedWithTheCourse) {
+  const auto log = log_of("t_s,x_m,y_m,vx_mps,delta_rad",
+                          [](std::ostream& out, double t, double x, double y, double, double, double delta) {
+                            out << t << ',' << x << ',' << y << ",9.5," << delta << '\n';
+                          });
+  const LogMap map =
+      map_of(R"({"time": "t_s", "channels": {"x": "x_m", "y": "y_m", "vx": "vx_mps", "delta": "delta_rad"}})");
+  const SessionFile file = read_session(log, map);
+  EXPECT_FALSE(file.derived_velocity);
+  EXPECT_EQ(file.session.at(100, 3), 9.5);
+  EXPECT_TRUE(file.session.has[2]);
+}
+
+TEST(SessionFile, LatitudeAndLongitudeBecomeAPlane) {
+  const auto log =
+      log_of("t,lat,lon,steer", [](std::ostream& out, double t, double x, double y, double, double, double d) {
+        out << t << ',' << 48.0 + y / 111197.0 << ',' << 11.0 + x / 74631.0 << ',' << d << '\n';
+      });
+  const LogMap stated = map_of(R"({"time": "t", "channels": {"latitude": {"column": "lat", "unit": "deg"},
+    "longitude": {"column": "lon", "unit": "deg"}, "delta": "steer"}})");
+  EXPECT_NEAR(read_session(log, stated).session.at(400, 3), 10.0, 0.05);
+  // A map that leaves the unit out: no radians are so large.
+  const LogMap bare = map_of(R"({"time": "t", "channels": {"latitude": "lat", "longitude": "lon", "delta": "steer"}})");
+  const SessionFile file = read_session(log, bare);
+  EXPECT_NEAR(file.session.at(400, 3), 10.0, 0.05);
+  EXPECT_TRUE(std::ranges::any_of(file.findings, [](const Finding& f) { return f.check == "unit"; }));
+}
+
+TEST(SessionFile, LatitudesInRadiansStayWhatTheyAre) {
+  const auto log =
+      log_of("t,lat,lon,steer", [](std::ostream& out, double t, double x, double y, double, double, double d) {
+        out << t << ',' << 0.8 + y / 6371000.0 << ',' << 0.2 + x / (6371000.0 * 0.6967) << ',' << d << '\n';
+      });
+  const LogMap map = map_of(R"({"time": "t", "channels": {"latitude": "lat", "longitude": "lon", "delta": "steer"}})");
+  const SessionFile file = read_session(log, map);
+  EXPECT_NEAR(file.session.at(400, 3), 10.0, 0.1);
+  EXPECT_FALSE(std::ranges::any_of(file.findings, [](const Finding& f) { return f.check == "unit"; }));
+}
+
+TEST(SessionFile, AColumnThatIsNotThereIsToldAtTheMapWithTheNearestName) {
+  const LogMap map = map_of(channels_json(R"(, "vy": {"column": "stear"})"));
+  const std::string message = why(own_log(), map);
+  EXPECT_THAT(message, AllOf(HasSubstr("map.json"), HasSubstr("/channels/vy"), HasSubstr("did you mean \"steer\"?")));
+  EXPECT_THAT(why(own_log(), gripline_map()), HasSubstr("columns missing"));
+}
+
+TEST(SessionFile, MapsAreReadStrictly) {
+  const auto refused = [](const std::string& text) -> std::string {
+    try {
+      map_of(text);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "read";
+  };
+  EXPECT_THAT(refused(channels_json(R"(, "vy": {"column": "v", "unit": "kg"})")),
+              AllOf(HasSubstr("/channels/vy"), HasSubstr("unit")));
+  EXPECT_THAT(refused(channels_json(R"(, "vi": {"column": "v"})")), HasSubstr("unknown key \"vi\""));
+  EXPECT_THAT(refused(channels_json(R"(, "vy": {"column": "v", "formula": "v"})")), HasSubstr("either"));
+  EXPECT_THAT(refused(channels_json(R"(, "vy": {"column": "v", "delay": "0.1 s"})")), HasSubstr("delay differs"));
+  EXPECT_THAT(refused(R"({"time": "t", "channels": {"vx": "v", "yaw_rate": "r"}})"), HasSubstr("delta is missing"));
+}
+
+TEST(SessionFile, TimeMustRunForward) {
+  const auto log = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
+                                                      double rate, double delta) {
+    out << (t > 20 ? t - 5 : t) << ',' << x << ',' << y << ',' << yaw << ",10," << rate << ',' << delta << '\n';
+  });
+  EXPECT_THAT(why(log, map_of(channels_json(""))),
+              AllOf(HasSubstr("time runs backward by 4.95 s, from 20 s to 15.05"), HasSubstr("cut the log")));
+}
+
+std::string notes_of(const SessionFile& file) {
+  std::string all;
+  for (const Finding& f : file.findings)
+    all.append(f.check).append(": ").append(f.found).append("; ").append(f.done) += '\n';
+  return all;
+}
+
+LogMap speed_map(const std::string& delta = R"("steer")") {
+  return map_of(R"({"time": "t", "channels": {"vx": "v", "yaw_rate": "r", "delta": )" + delta + "}}");
+}
+
+/// A log of t, v, r and steer whose times and speeds are printed by the caller.
+template <class Begin>
+std::filesystem::path log_with(Begin begin, double dt = 0.05) {
+  return log_of(
+      "t,v,r,steer",
+      [&](std::ostream& out, double t, double, double, double, double rate, double delta) {
+        begin(out, t);
+        out << ',' << rate << ',' << delta << '\n';
+      },
+      40.0, dt);
+}
+
+TEST(SessionFile, RowsBeforeTheFirstCommandAreLeftOut) {
+  const auto log =
+      log_of("t,v,r,steer", [](std::ostream& out, double t, double, double, double, double rate, double d) {
+        out << t << ",10," << rate << ',';
+        if (t > 20.0 - 1e-9) out << d + 1.0;
+        out << '\n';
+      });
+  const SessionFile file = read_session(log, speed_map());
+  EXPECT_EQ(file.session.rows(), 400u);
+  EXPECT_NEAR(file.session.t.front(), 20.0, 1e-9);
+  EXPECT_GT(file.session.command.front().delta, 0.5);
+  EXPECT_EQ(file.session.reading.size(), 400u * channels);
+  EXPECT_THAT(notes_of(file),
+              HasSubstr("commands: 400 rows before the first value of throttle and steering; left out"));
+}
+
+TEST(SessionFile, RowsOfOneTimeStampFillEachOther) {
+  const auto log =
+      log_of("t,v,r,steer", [](std::ostream& out, double t, double, double, double, double rate, double d) {
+        out << t << ",10,,\n" << t << ",11," << rate << ",\n" << t << ",,," << d + 1.0 << '\n';
+      });
+  const SessionFile file = read_session(log, speed_map());
+  const Session& s = file.session;
+  ASSERT_EQ(s.rows(), 800u);
+  for (const std::size_t i : {0u, 100u, 799u}) {
+    EXPECT_EQ(s.at(i, Channel::vx), 10.0);
+    EXPECT_NEAR(s.at(i, Channel::yaw_rate), 0.6 * std::sin(0.8 * s.t[i]), 1e-9);
+    EXPECT_GT(s.command[i].delta, 0.5);
+  }
+  EXPECT_THAT(notes_of(file), HasSubstr("rows: 1600 repeat a time stamp; they fill the empty cells"));
+}
+
+/// A car that weaves to the east at 48 deg N; the caller says where the longitude begins [deg].
+std::filesystem::path log_on_earth(double longitude, double begin = 0.0) {
+  return log_of("t,lat,lon,steer", [=](std::ostream& out, double t, double x, double y, double, double, double d) {
+    out << t << ',';
+    if (t < begin)
+      out << "0,0";
+    else
+      out << 48.0 + y / 111197.0 << ',' << std::fmod(longitude + x / 74631.0, 360.0);
+    out << ',' << d << '\n';
+  });
+}
+
+LogMap earth_map(const std::string& latitude = R"({"column": "lat", "unit": "deg"})") {
+  return map_of(R"({"time": "t", "channels": {"latitude": )" + latitude +
+                R"(, "longitude": {"column": "lon", "unit": "deg"}, "delta": "steer"}})");
+}
+
+TEST(SessionFile, LongitudesThatAreDegreesAreConvertedOnce) {
+  for (const double longitude : {352.0, 359.999}) {
+    const SessionFile file = read_session(log_on_earth(longitude), earth_map());
+    EXPECT_NEAR(file.session.at(400, Channel::vx), 10.0, 0.05);
+    EXPECT_LT(std::abs(file.session.at(799, Channel::x)), 410.0);
+    EXPECT_EQ(notes_of(file).find("unit: "), std::string::npos);
+  }
+}
+
+/// Letters of a column's name are no arithmetic that converts already.
+TEST(SessionFile, DegreesAreSeenWhateverTheColumnIsCalled) {
+  std::ofstream out(scratch("pixhawk.csv"));
+  out << "t,pixhawk_lat,pixhawk_lon,steer\n";
+  for (int k = 0; k < 400; ++k) out << 0.02 * k << ',' << 48.0 + 1e-6 * k << ",11.0,0.01\n";
+  out.close();
+  const LogMap map =
+      map_of(R"({"time": "t", "channels": {"latitude": "pixhawk_lat", "longitude": "pixhawk_lon", "delta": "steer"}})");
+  const SessionFile file = read_session(scratch("pixhawk.csv"), map);
+  EXPECT_THAT(notes_of(file), HasSubstr("taken for degrees"));
+  EXPECT_NEAR(file.session.at(399, Channel::y), 44.4, 0.1);
+}
+
+TEST(SessionFile, ALatitudeBeyondThePoleIsRefused) {
+  EXPECT_THAT(why(log_on_earth(11.0), earth_map(R"({"formula": "100 * lat", "unit": "deg"})")),
+              AllOf(HasSubstr("the latitude is 4800 deg"), HasSubstr("NMEA's ddmm.mmmm"), HasSubstr(":2:")));
+}
+
+TEST(SessionFile, LatitudeAndLongitudeZeroAreNoPlace) {
+  const SessionFile file = read_session(log_on_earth(11.0, 4.99), earth_map());
+  EXPECT_TRUE(std::isnan(file.session.at(99, Channel::x)));
+  EXPECT_EQ(file.session.at(100, Channel::x), 0.0);
+  EXPECT_LT(std::abs(file.session.at(799, Channel::x)), 410.0);
+  EXPECT_THAT(notes_of(file), HasSubstr("place: 100 rows have the latitude and longitude 0, 0"));
+}
+
+TEST(SessionFile, AColumnThatIsReadStandsOnceInTheHeader) {
+  const auto twice = [](const char* header) {
+    return log_of(header, [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+      out << t << ',' << x << ',' << y << ',' << yaw << ",10," << rate << ",0.2," << delta << ',' << x << '\n';
+    });
+  };
+  EXPECT_THAT(why(twice("t_s,x_m,y_m,yaw_rad,vx_mps,yaw_rate_radps,d,delta_rad,x_m"), gripline_map()),
+              HasSubstr("column x_m stands more than once in the header"));
+  EXPECT_EQ(why(twice("t_s,x_m,y_m,yaw_rad,vx_mps,yaw_rate_radps,d,delta_rad,spare"), gripline_map()), "fine");
+  const LogMap map = map_of(R"({"time": "t", "channels": {"x": "x", "y": "y", "delta": "delta"}})");
+  EXPECT_THAT(why(twice("t,x,y,yaw,v,r,d,delta,x"), map), HasSubstr("column x stands more than once"));
+  EXPECT_EQ(why(twice("t,x,y,d,v,r,d,delta,spare"), map), "fine") << "one that is not read";
+}
+
+TEST(SessionFile, TextWhereNumbersBelongIsSaid) {
+  const auto some =
+      log_with([](std::ostream& out, double t) { out << t << ',' << (t > 9.99 && t < 10.99 ? "10 m/s" : "10"); });
+  const SessionFile file = read_session(some, speed_map());
+  EXPECT_TRUE(std::isnan(file.session.at(200, Channel::vx)));
+  EXPECT_THAT(notes_of(file), HasSubstr("cells: v: 20 are no numbers, the first \"10 m/s\" in line 202; taken"));
+  const auto all = log_with([](std::ostream& out, double t) { out << t << ",1.0D+01"; });
+  EXPECT_THAT(why(all, speed_map()), AllOf(HasSubstr("column v: none of its cells is a number"),
+                                           HasSubstr("\"1.0D+01\""), HasSubstr("log.csv:2:")));
+  const auto time = log_with([](std::ostream& out, double t) { out << t << " PM,10"; });
+  EXPECT_THAT(why(time, speed_map()), AllOf(HasSubstr("column t: none"), HasSubstr("times are read as 12.5, 1:02.5")));
+}
+
+TEST(SessionFile, AColumnWithoutANumberIsAbsent) {
+  const auto log = log_of("t_s,x_m,y_m,yaw_rad,vx_mps,yaw_rate_radps,delta_rad",
+                          [](std::ostream& out, double t, double x, double y, double, double rate, double d) {
+                            out << t << ',' << x << ',' << y << ",nan,10," << rate << ',' << d << '\n';
+                          });
+  const SessionFile file = read_session(log, gripline_map());
+  EXPECT_TRUE(file.derived_yaw);
+  EXPECT_TRUE(file.session.has[Channel::yaw]);  // the course
+  EXPECT_THAT(notes_of(file), AllOf(HasSubstr("yaw: no number in its column; taken for absent"),
+                                    HasSubstr("yaw: absent; the course over ground is taken")));
+}
+
+TEST(SessionFile, AClockThatIsSetAfterTheFirstRowsLeavesThemOut) {
+  const auto log = log_with([](std::ostream& out, double t) { out << (t < 0.11 ? t : 1700000000.0 + t) << ",10"; });
+  const SessionFile file = read_session(log, speed_map());
+  EXPECT_EQ(file.session.rows(), 797u);
+  EXPECT_GT(file.session.begin, 1.6e9);
+  EXPECT_EQ(file.session.t.front(), 0.0);
+  EXPECT_THAT(notes_of(file), HasSubstr("rows: 3 before the clock was set; left out"));
+  const auto later = log_with([](std::ostream& out, double t) { out << (t < 20.0 - 1e-9 ? t : 90000.0 + t) << ",10"; });
+  EXPECT_THAT(why(later, speed_map()), AllOf(HasSubstr("the clock was set here"), HasSubstr("log.csv:402:")));
+}
+
+TEST(SessionFile, ALogOfUnixTimeIsReadAsOneThatBeginsAtZero) {
+  const auto log = [](double begin) {
+    return log_of("t,v,r,steer", [begin](std::ostream& out, double t, double, double, double, double rate, double d) {
+      out << std::fixed << std::setprecision(3) << begin + t << std::defaultfloat << ",10," << rate << ',' << d << '\n';
+    });
+  };
+  const SessionFile zero = read_session(log(0.0), speed_map()),
+                    since_1970 = read_session(log(1712345678.0), speed_map());
+  EXPECT_EQ(since_1970.session.begin, 1712345678.0);
+  EXPECT_EQ(since_1970.session.t, zero.session.t);
+  EXPECT_EQ(since_1970.session.at(799, Channel::yaw_rate), zero.session.at(799, Channel::yaw_rate));
+}
+
+TEST(SessionFile, RowsInBurstsAreNoMilliseconds) {
+  const auto log =
+      log_of("t,v,r,steer", [](std::ostream& out, double t, double, double, double, double rate, double d) {
+        out << t << ",10,,\n" << t + 6e-5 << ",," << rate << ",\n" << t + 1.2e-4 << ",,," << d << '\n';
+        out << t + 1.8e-4 << ",,,\n";
+      });
+  EXPECT_NEAR(read_session(log, speed_map()).row_step, 0.0125, 1e-4);
+  const auto in_ms = log_with([](std::ostream& out, double t) { out << 1e-3 * t << ",10"; });
+  EXPECT_THAT(why(in_ms, speed_map()), HasSubstr("time was taken for milliseconds"));
+}
+
+/// Commands of 10 Hz in rows of 20 Hz, through maps that say so or do not.
+TEST(SessionFile, WhatCommandsDoBetweenRowsIsStatedUsedAndShown) {
+  double last = 0;
+  std::size_t k = 0;
+  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,d,delta_rad",
+                          [&](std::ostream& out, double t, double, double, double, double rate, double delta) {
+                            if (k++ % 2 == 0) last = delta;
+                            out << t << ",10," << rate << ',' << 0.2 + 0.01 * std::sin(t) << ',' << last << '\n';
+                          });
+  const auto session = [&](const std::string& more) {
+    return read_session(log, map_of(R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
+      "d": "d", "delta": {"column": "delta_rad")" +
+                                    more + "}}}"))
+        .session;
+  };
+  using Kind = BetweenRows::Kind;
+  const Session silent = session("");
+  EXPECT_EQ(silent.throttle_between.repeats, 1.0);
+  EXPECT_NEAR(silent.steering_between.repeats, 2.0, 0.1);
+  EXPECT_EQ(silent.steering_between.used, Kind::linear);
+  EXPECT_FALSE(silent.throttle_between.is_unexplained());
+  EXPECT_TRUE(silent.steering_between.is_unexplained());
+  const BetweenRows held = session(R"(, "hold": "held")").steering_between;
+  EXPECT_TRUE(held.held());
+  EXPECT_FALSE(held.is_unexplained());
+  EXPECT_NEAR(held.repeats, 2.0, 0.1) << "whatever is stated";
+  const BetweenRows paced = session(R"(, "every": 0.1)").steering_between;
+  EXPECT_EQ(paced.used, Kind::paced);
+  EXPECT_EQ(paced.every, 0.1);
+  EXPECT_FALSE(paced.is_unexplained());
+  EXPECT_FALSE(session(R"(, "hold": "sampled")").steering_between.is_unexplained());
+  const Session own = read_session(log, gripline_map()).session;
+  EXPECT_NEAR(own.steering_between.repeats, 2.0, 0.1);
+  EXPECT_FALSE(own.steering_between.is_unexplained()) << "gripline's own logs need no word";
+}
+
+TEST(SessionFile, PlaceholdersBeforeTheFirstFixAreLeftOut) {
+  const auto log = log_of("t,px,py,psi,v,r,steer",
+                          [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+                            const bool fixed = t > 4.99;
+                            out << t << ',' << (fixed ? x : -9999) << ',' << (fixed ? y : -9999) << ',' << yaw << ",10,"
+                                << rate << ',' << delta << '\n';
+                          });
+  for (const char* hold : {"", R"(, "hold": "held")"}) {
+    const SessionFile file = read_session(log, map_of(std::string(R"({"time": "t", "channels": {
+      "x": {"column": "px")") + hold + R"(}, "y": {"column": "py")" +
+                                                      hold + R"(}, "yaw": "psi", "vx": "v",
+      "yaw_rate": "r", "delta": "steer"}})"));
+    EXPECT_TRUE(std::isnan(file.session.at(0, Channel::x)));
+    EXPECT_TRUE(std::isnan(file.session.at(99, Channel::x)));
+    EXPECT_FALSE(std::isnan(file.session.at(100, Channel::x)));
+    EXPECT_THAT(notes_of(file), HasSubstr("place: 100 rows at the beginning show -9999, -9999, far from the rest"));
+  }
+}
+
+TEST(SessionFile, PlaceholdersAreSeenBehindRowsThatAreNotValid) {
+  const auto log = log_of("t,px,py,psi,v,r,steer,ok", [](std::ostream& out, double t, double x, double y, double yaw,
+                                                         double rate, double delta) {
+    const bool valid = t > 1.99;
+    if (t < 4.99) x = y = valid ? -9999 : 40 * t;
+    out << t << ',' << x << ',' << y << ',' << yaw << ",10," << rate << ',' << delta << ',' << valid << '\n';
+  });
+  const SessionFile file = read_session(log, map_of(R"({"time": "t", "valid": "ok", "channels": {
+    "x": "px", "y": "py", "yaw": "psi", "vx": "v", "yaw_rate": "r", "delta": "steer"}})"));
+  for (const std::size_t row : {20u, 40u, 99u}) EXPECT_TRUE(std::isnan(file.session.at(row, Channel::x))) << row;
+  EXPECT_FALSE(std::isnan(file.session.at(100, Channel::x)));
+  EXPECT_THAT(notes_of(file), HasSubstr("place: 60 rows at the beginning show -9999, -9999, far from the rest"));
+}
+
+TEST(SessionFile, APlaceOnEarthOfBeforeTheFirstFixIsLeftOutWhereReadingsAreHeld) {
+  const auto log =
+      log_of("t,lat,lon,v,r,steer", [](std::ostream& out, double t, double, double, double, double rate, double delta) {
+        const double read = 0.2 * std::floor(5.0 * t + 1e-6);  // in every fourth row
+        const bool fixed = t > 1.99;
+        out << t << ',' << (fixed ? 48 + 1e-4 * read : 45) << ',' << (fixed ? 11 + 1e-5 * read : 10) << ",10," << rate
+            << ',' << delta << '\n';
+      });
+  const SessionFile file = read_session(log, map_of(R"({"time": "t", "channels": {
+    "latitude": {"column": "lat", "unit": "deg", "hold": "held"},
+    "longitude": {"column": "lon", "unit": "deg", "hold": "held"}, "vx": "v", "yaw_rate": "r", "delta": "steer"}})"));
+  EXPECT_THAT(notes_of(file), HasSubstr("40 rows at the beginning show the latitude and longitude 45, 10 deg"));
+  EXPECT_TRUE(std::isnan(file.session.at(0, Channel::x)));
+  EXPECT_EQ(file.session.at(40, Channel::x), 0.0);
+  EXPECT_TRUE(std::isnan(file.session.at(42, Channel::x))) << "held";
+  EXPECT_NEAR(file.session.at(44, Channel::y), 1e-4 * 0.2 * 111200.0, 0.01);
+}
+
+TEST(SessionFile, ALatitudeWithoutALongitudeIsNoPlace) {
+  const auto log = log_of("t,lat,lon,v,r,steer",
+                          [](std::ostream& out, double t, double, double y, double, double rate, double delta) {
+                            out << t << ',' << 48.0 + 1e-5 * y << ",,10," << rate << ',' << delta << '\n';
+                          });
+  const SessionFile file = read_session(log, map_of(R"({"time": "t", "channels": {"latitude": "lat",
+    "longitude": "lon", "vx": "v", "yaw_rate": "r", "delta": "steer"}})"));
+  EXPECT_FALSE(file.session.has[Channel::x]);
+  EXPECT_FALSE(file.session.has[Channel::y]);
+  EXPECT_THAT(notes_of(file), HasSubstr("no number in its column"));
+}
+
+}  // namespace test_session_file
+}  // namespace gripline::measured
