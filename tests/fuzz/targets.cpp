@@ -31,6 +31,7 @@
 #include "measured/session/centre_of_gravity.hpp"
 #include "measured/session/log_guess.hpp"
 #include "measured/session/log_map.hpp"
+#include "measured/session/session_checks.hpp"
 #include "measured/session/session_file.hpp"
 #include "plugin/library_probe.hpp"
 #include "report/columns.hpp"

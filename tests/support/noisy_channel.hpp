@@ -23,7 +23,8 @@ inline double motion(std::size_t k) {
   return 15.0 + 3.0 * std::sin(0.4 * t) + std::sin(1.9 * t);
 }
 
-/// Rows of readings of that channel alone, with noise of a standard deviation `sigma` and a lag-one correlation `colour`.
+/// Rows of readings of that channel alone, with noise of a standard deviation `sigma` and a lag-one correlation
+/// `colour`.
 inline std::vector<double> noisy(double colour) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "config/errors.hpp"
+#include "measured/session/session_checks.hpp"
 #include "measured/session/session_file.hpp"
 #include "support/scratch.hpp"
 

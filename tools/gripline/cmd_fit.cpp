@@ -16,6 +16,7 @@
 #include "gripline/log_options.hpp"
 #include "measured/estimates/steady_turning.hpp"
 #include "measured/session/centre_of_gravity.hpp"
+#include "measured/session/session_checks.hpp"
 #include "util/numbers.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"

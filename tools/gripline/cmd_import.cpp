@@ -19,6 +19,7 @@
 #include "measured/log/gripline_log.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 #include "measured/session/log_guess.hpp"
+#include "measured/session/session_checks.hpp"
 #include "measured/table/delimited_table.hpp"
 #include "util/whole_file.hpp"
 

@@ -15,6 +15,7 @@
 #include "gripline/command.hpp"
 #include "gripline/log_options.hpp"
 #include "measured/log/log_outliers.hpp"
+#include "measured/session/session_checks.hpp"
 #include "util/csv_writer.hpp"
 #include "util/numbers.hpp"
 

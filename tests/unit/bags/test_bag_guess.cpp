@@ -8,6 +8,7 @@
 
 #include "bags/bag_table.hpp"
 #include "config/errors.hpp"
+#include "measured/session/session_checks.hpp"
 #include "measured/session/session_file.hpp"
 #include "support/bag_writing.hpp"
 #include "support/scratch.hpp"

@@ -6,6 +6,7 @@
 #include "config/errors.hpp"
 #include "measured/estimates/session_delays.hpp"
 #include "measured/session/centre_of_gravity.hpp"
+#include "measured/session/session_checks.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {

@@ -8,6 +8,7 @@
 #include "measured/estimates/session_noise.hpp"
 #include "measured/readings/held_readings.hpp"
 #include "measured/session/centre_of_gravity.hpp"
+#include "measured/session/session_doubts.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 

@@ -29,13 +29,4 @@ struct SessionFile {
 SessionFile read_session(const std::filesystem::path& log, const LogMap& map);
 SessionFile read_session(DelimitedTable table, const LogMap& map);
 
-/// Checks that the numbers fit the map, by medians over driving, so that no outlier decides; its frames are taken off
-/// first. Throws InputError with the evidence: units of speed, angles and time, a heading turned against the path, a
-/// steering angle or yaw rate of the other sign, a parked car. `v_ref`: typical speed of the car [m/s].
-void check_session(const SessionFile& file, double v_ref);
-
-/// Channels that hardly fit the others, but may: steering that the car does not follow, a lateral speed against the
-/// place, a speed that is surely another than that of the place, a yaw that is the course though vy is not 0.
-std::vector<Finding> doubts_about(const SessionFile& file);
-
 }  // namespace gripline::measured

@@ -10,6 +10,7 @@
 
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
+#include "measured/session/session_checks.hpp"
 #include "measured/session/session_file.hpp"
 #include "support/scratch.hpp"
 

@@ -1,7 +1,7 @@
+#include "measured/session/session_checks.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <random>
 
 #include "support/session_logs.hpp"
 
@@ -36,46 +36,6 @@ TEST(SessionChecks, TheChannelThatDoesNotTurnAsThePathDoesIsBlamed) {
   EXPECT_THAT(refused("rad", "deg/s"), HasSubstr("which turns as the path does: yaw_rate was taken for deg/s and is "
                                                  "rad/s"));
   EXPECT_THAT(refused("deg", "rad/s"), HasSubstr("yaw was taken for degrees and is radians"));
-}
-
-std::string doubts_of(const std::filesystem::path& log, const LogMap& map) {
-  std::string names;
-  for (const Finding& f : doubts_about(read_session(log, map))) names += f.check + " " + f.found + "; ";
-  return names;
-}
-
-/// What is not refused and surely not right is said.
-TEST(SessionChecks, ASpeedOfAnotherScaleIsDoubted) {
-  const LogMap map = map_of(channels_json(""));
-  for (const double right : {1.0, 0.95, 1.05}) EXPECT_EQ(doubts_of(own_log(right), map), "") << right;
-  for (const double wrong : {0.63, 0.88, 1.15, 1.5})
-    EXPECT_THAT(doubts_of(own_log(wrong), map), HasSubstr("times the speed at which x and y move")) << wrong;
-  // A stretch alone, as of wheels that spin, is no scale.
-  const auto part = log_of("t,px,py,psi,v,r,steer",
-                           [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
-                             out << t << ',' << x << ',' << y << ',' << yaw << ',' << (t < 30.0 ? 12.0 : 10.0) << ','
-                                 << rate << ',' << delta << '\n';
-                           });
-  EXPECT_EQ(doubts_of(part, map), "");
-}
-
-/// A car whose heading is off its path; the map reads the heading, or the course.
-TEST(SessionChecks, ACourseThatStandsForYawIsDoubted) {
-  const auto log = log_of("t,px,py,psi,course,v,side,r,steer", [](std::ostream& out, double t, double x, double y,
-                                                                  double yaw, double rate, double delta) {
-    const double lean = 0.06 * std::sin(0.8 * t + 1.0);
-    out << t << ',' << x << ',' << y << ',' << yaw + lean << ',' << yaw << ',' << 10.0 * std::cos(lean) << ','
-        << -10.0 * std::sin(lean) << ',' << rate << ',' << delta << '\n';
-  });
-  const auto doubts = [&](const char* yaw, const char* side) {
-    std::string text = channels_json(std::string(R"(, "vy": ")") + side + "\"");
-    text.replace(text.find("psi"), 3, yaw);
-    return doubts_of(log, map_of(text));
-  };
-  EXPECT_EQ(doubts("psi", "side"), "");
-  EXPECT_THAT(doubts("course", "side"), HasSubstr("yaw is where x and y move"));
-  EXPECT_EQ(doubts("course", "0 * side"), "") << "of a car that does not slide both are one";
-  EXPECT_EQ(doubts("course", "0.8 * r"), "") << "vy of a point ahead";
 }
 
 /// Advice that is followed leaves the right speed, not one that is off by a sixth and passes.
@@ -138,64 +98,6 @@ TEST(SessionChecks, AYawInRadiansThatIsTakenForDegreesIsTold) {
   const LogMap map = map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "vx": "v", "delta": "steer",
     "yaw": {"column": "psi", "unit": "deg"}}})");
   EXPECT_THAT(why(log, map), HasSubstr("yaw was taken for degrees and is radians"));
-}
-
-TEST(SessionChecks, SteeringThatTheCarDoesNotFollowIsDoubted) {
-  const auto found = [](const char* formula, const char* sideways) {
-    const auto log = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
-                                                        double rate, double delta) {
-      const double lean = 0.05 * std::sin(0.8 * t + 1.0);  // the heading is off the path
-      out << t << ',' << x << ',' << y << ',' << yaw + lean << ",10," << rate << ',' << delta << '\n';
-    });
-    std::string text = R"({"time": "t", "channels": {"x": "px", "y": "py", "yaw": "psi", "vx": "v", "yaw_rate": "r",
-      "delta": ")";
-    text.append(formula).append(R"(", "vy": ")").append(sideways).append("\"}}");
-    std::string names;
-    for (const Finding& f : doubts_about(read_session(log, map_of(text)))) names.append(f.check).append(" ");
-    return names;
-  };
-  EXPECT_EQ(found("steer", "-10 * sin(0.05 * sin(0.8 * t + 1.0))"), "");
-  EXPECT_EQ(found("0.2 * sin(3.1 * t)", "-10 * sin(0.05 * sin(0.8 * t + 1.0))"), "delta ");
-  EXPECT_EQ(found("steer", "10 * sin(0.05 * sin(0.8 * t + 1.0))"), "vy ");
-}
-
-/// A minute of a small car that weaves quickly, with noise of its sensors; a row every `dt`. `sign`: of vy as written.
-SessionFile quick_weave(double dt, double sign) {
-  constexpr double h = 0.001;
-  const auto vx = [](double t) { return 1.5 + 0.3 * std::sin(0.5 * t); };
-  const auto vy = [](double t) { return 0.12 * std::sin(9.0 * t) + 0.03 * std::sin(2.0 * t); };
-  const auto rate = [](double t) { return 1.4 * std::sin(9.0 * t + 0.2) + 0.4 * std::sin(2.0 * t); };
-  std::mt19937_64 random(3);
-  std::normal_distribution<double> normal;
-  SessionFile file;
-  Session& s = file.session;
-  s.has.fill(true);
-  const auto every = static_cast<long>(std::round(dt / h));
-  double x = 0.0, y = 0.0, yaw = 0.0;
-  for (long k = 0; k < 60000; ++k) {
-    const double t = h * static_cast<double>(k);
-    if (k % every == 0) {
-      s.t.push_back(t);
-      s.command.push_back({0.3, 0.12 * std::sin(9.0 * t + 0.2) + 0.04 * std::sin(2.0 * t)});
-      for (const auto& [value, noise] :
-           {std::pair(x, 0.01), {y, 0.01}, {yaw, 0.001}, {vx(t), 0.01}, {sign * vy(t), 0.01}, {rate(t), 0.001}})
-        s.reading.push_back(value + noise * normal(random));
-    }
-    x += h * (vx(t) * std::cos(yaw) - vy(t) * std::sin(yaw));
-    y += h * (vx(t) * std::sin(yaw) + vy(t) * std::cos(yaw));
-    yaw += h * rate(t);
-  }
-  return file;
-}
-
-/// No rate of rows hides that vy has the wrong sign, and none makes a right one doubtful.
-TEST(SessionChecks, AVyOfTheWrongSignIsDoubtedAtAnyRate) {
-  for (const double hertz : {100.0, 50.0, 20.0, 10.0})
-    for (const double sign : {1.0, -1.0}) {
-      std::string names;
-      for (const Finding& f : doubts_about(quick_weave(1.0 / hertz, sign))) names.append(f.check).append(" ");
-      EXPECT_EQ(names, sign > 0 ? "" : "vy ") << hertz << " Hz";
-    }
 }
 
 /// What a map says of its units is not found wrong with them.
@@ -268,26 +170,6 @@ TEST(SessionChecks, SpeedsAreComparedWithPlacesThatAreHeld) {
     EXPECT_EQ(why_of_held_place(1.0, hold), "fine") << hold;
     EXPECT_THAT(why_of_held_place(3.6, hold), HasSubstr("vx looks like km/h")) << hold;
   }
-}
-
-TEST(SessionChecks, SpeedsThatNoPlaceIsComparedWithAreSaid) {
-  const auto doubts = [](double every) {
-    const auto log = log_of("t,px,py,psi,v,r,steer", [&](std::ostream& out, double t, double x, double y, double yaw,
-                                                         double rate, double delta) {
-      out << t << ',';
-      if (std::abs(std::remainder(t, every)) < 1e-6)
-        out << x << ',' << y;
-      else
-        out << ',';
-      out << ',' << yaw << ",10," << rate << ',' << delta << '\n';
-    });
-    std::string names;
-    for (const Finding& f : doubts_about(read_session(log, map_of(channels_json("")))))
-      names += f.check + ": " + f.done + "; ";
-    return names;
-  };
-  EXPECT_EQ(doubts(0.5), "");
-  EXPECT_THAT(doubts(5.0), HasSubstr("units: not compared"));
 }
 
 TEST(SessionChecks, AParkedCarIsRefused) {

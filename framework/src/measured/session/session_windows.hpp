@@ -1,0 +1,49 @@
+// What a session's channels show of the same half seconds, for checks of one against another.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "measured/session/session.hpp"
+
+namespace gripline::measured {
+
+/// What about half a second shows by different channels, in SI units; NaN where a channel was not read.
+struct SessionWindow {
+  double begin = 0, seconds = 0;
+  double way = NAN, course = NAN;                           // between its ends, by place
+  double turn = NAN, heading = NAN;                         // of its ends
+  double yaw = NAN;                                         // mean
+  double speed = NAN, side = NAN, rate = NAN, steer = NAN;  // means
+  double throttle = NAN, gain = NAN;                        // mean of d, change of speed between its ends
+};
+
+/// Windows of half a second that overlap by half, up to a second long where rows are sparse; none where rows lie further
+/// apart.
+std::vector<SessionWindow> windows_of(Session session);
+
+/// By vx, or where that was not read by place [m/s].
+inline double speed_of(const SessionWindow& w) { return std::isnan(w.speed) ? w.way / w.seconds : w.speed; }
+
+inline constexpr std::size_t least_of_ratio = 10;  // windows that a ratio of channels is the median of
+
+/// How many times the speed at which the place moves vx is; NaN where they cannot be compared.
+double speed_over_path(const std::vector<SessionWindow>& windows);
+
+/// Correlation of two values over windows, or over rows.
+struct Correlation {
+  double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
+  void add(double x, double y) { n += 1, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y; }
+  /// NaN below twenty windows, or where one of them does not vary.
+  double value() const {
+    const double vx = sxx - sx * sx / n, vy = syy - sy * sy / n;
+    return n < 20 || !(vx > 1e-10 * n) || !(vy > 0.0) ? NAN : (sxy - sx * sy / n) / std::sqrt(vx * vy);
+  }
+  double seconds() const { return 0.25 * n; }  // windows of half a second overlap by half
+};
+
+/// Steering and the curvature that the car drives, where it is faster than `slowest` [m/s].
+Correlation turning_correlation(const std::vector<SessionWindow>& windows, double slowest);
+
+}  // namespace gripline::measured
