@@ -14,7 +14,7 @@ StartOfFit start_of_fit(const Node& tree, const Trial& world, const measured::Lo
   start.values = start.given;
   start.unknowns = read_unknowns(tree, world.places, start.values, chosen, errors);
   errors.throw_if_any();
-  start_delays(map, files, world.forecaster, tree, start.values, start.unknowns);
+  fix_or_start_delays(map, files, world.forecaster, tree, start.values, start.unknowns);
   start.limited = limit_to_yaw(world.spec, world.places, by_yaw, start.values, start.unknowns);
   return start;
 }

@@ -99,9 +99,9 @@ void hand_over(Unknown& unknown, double prior) {
 
 }  // namespace
 
-void start_delays(const measured::LogMap& map, const std::list<measured::SessionFile>& files,
-                  const Forecaster& forecaster, const Node& world, std::vector<double>& values,
-                  std::vector<Unknown>& unknowns) {
+void fix_or_start_delays(const measured::LogMap& map, const std::list<measured::SessionFile>& files,
+                         const Forecaster& forecaster, const Node& world, std::vector<double>& values,
+                         std::vector<Unknown>& unknowns) {
   std::vector<std::array<double, measured::delay_groups>> of_files;  // looked for once, where one is wanted
   for (std::size_t g = 0; g < measured::delay_groups; ++g) {
     const std::size_t index = forecaster.index(Extra::delay_position) + g;
@@ -121,7 +121,7 @@ void start_delays(const measured::LogMap& map, const std::list<measured::Session
     if (find_pointer(world, pointer) != nullptr) continue;  // fitted before
     if (of_files.empty() && !map.delay_start[g])
       for (const measured::SessionFile& file : files)
-        of_files.push_back(measured::clock_delays(map, measured::delays_of(file)));
+        of_files.push_back(measured::stated_or_found_delays(map, measured::pairwise_delays_of_file(file)));
     std::vector<double> found;
     if (map.delay_start[g]) found.push_back(*map.delay_start[g]);
     for (const auto& delays : of_files)

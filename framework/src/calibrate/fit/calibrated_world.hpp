@@ -17,11 +17,13 @@ ForecastOptions forecast_options(const WorldSpec& world);
 /// Speed below which no start counts [m/s].
 double slowest_start(const WorldSpec& world);
 
-/// Delays that the map states are kept and are no unknowns; where they are to be found, the search starts from what the
-/// channels show of each other (the middle one of several logs), unless the world was fitted before.
-void start_delays(const measured::LogMap& map, const std::list<measured::SessionFile>& files,
-                  const Forecaster& forecaster, const Node& world, std::vector<double>& values,
-                  std::vector<Unknown>& unknowns);
+/// Fixes or starts each delay of a fit, in `values`. One that the map states is fixed to that (of a log in gripline's own
+/// columns, to what the world has) and taken out of `unknowns`. The search for another starts, with its prior, where the
+/// map says, else at what the channels show of each other (measured::stated_or_found_delays, the middle one of several
+/// logs); one that was fitted before stays where it is.
+void fix_or_start_delays(const measured::LogMap& map, const std::list<measured::SessionFile>& files,
+                         const Forecaster& forecaster, const Node& world, std::vector<double>& values,
+                         std::vector<Unknown>& unknowns);
 
 /// How late a fit found yaw and yaw rate to be, `params` being all of the forecaster's. A delay that is not among
 /// `fitted` is taken as known: stated, or kept at its prior.

@@ -90,7 +90,7 @@ void join_pose(std::vector<ChannelDelay>& delays) {
 
 /// The interval that misses a delay with this probability. That of few blocks drawn anew is a normal's, of a spread
 /// that falls short by the root of (n - 1) / n: Student's is as wide as it must be.
-std::pair<double, double> interval(const measured::Delay& d, double missing) {
+std::pair<double, double> interval(const measured::PairDelay& d, double missing) {
   const auto n = static_cast<double>(d.blocks);  // 3 at least
   const boost::math::students_t student(n - 1.0);
   const double wider = boost::math::quantile(student, 1.0 - 0.5 * missing) * std::sqrt(n / (n - 1.0)) / normal_95;
@@ -118,7 +118,7 @@ std::vector<LeftOver> left_over(const Catalogue& catalogue, const Fit& fit) {
   return out;
 }
 
-bool is_sure(const measured::Delay& d, double dt) {
+bool is_sure(const measured::PairDelay& d, double dt) {
   const auto [low, high] = interval(d, thresholds::false_delay);
   const double least = std::min(std::abs(low), std::abs(high));
   return low * high > 0.0 && least > thresholds::surely_late * dt &&
@@ -126,8 +126,8 @@ bool is_sure(const measured::Delay& d, double dt) {
 }
 
 /// Speeds against the place by what is known better.
-std::vector<measured::Delay> delays_between(const measured::Session& session, double dt, SpeedsBy by) {
-  std::vector<measured::Delay> delays = measured::delays_of(session);
+std::vector<measured::PairDelay> delays_between(const measured::Session& session, double dt, SpeedsBy by) {
+  std::vector<measured::PairDelay> delays = measured::pairwise_delays(session);
   if (by == SpeedsBy::accelerations) return delays;
   const auto of = [&](std::string_view channel) {
     return std::ranges::find_if(delays, [channel](const auto& d) { return d.of_clock && d.channel == channel; });
@@ -151,10 +151,10 @@ std::string ChannelDelay::name() const { return measured::delay_names[group]; }
 std::string ChannelDelay::words() const { return words_of(group); }
 std::string ChannelDelay::against() const { return words_of(partner[group]); }
 
-std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs, SpeedsBy speeds) {
+std::vector<ChannelDelay> sure_delays(std::span<const LogFile> logs, SpeedsBy speeds) {
   std::vector<ChannelDelay> found;
   const double dt = longest_step(logs);
-  for (const measured::Delay& d : delays_between(session_of(logs), dt, speeds)) {
+  for (const measured::PairDelay& d : delays_between(session_of(logs), dt, speeds)) {
     if (!d.of_clock || !is_sure(d, dt)) continue;
     const auto name = std::ranges::find(measured::delay_names, std::string_view(d.channel));
     const auto group = static_cast<std::size_t>(name - measured::delay_names.begin());

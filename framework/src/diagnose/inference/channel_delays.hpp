@@ -17,7 +17,7 @@ using measured::LogFile;
 /// these tell more.
 enum class SpeedsBy { accelerations, displacements_too };
 
-/// How late the channels of a group are.
+/// How late the channels of a group are (measured::delay_groups: those that one clock stamps).
 struct ChannelDelay {
   std::size_t group = 0;                  // measured::delay_names
   double seconds = 0, low = 0, high = 0;  // 95 % by blocks of at most ten seconds
@@ -27,10 +27,11 @@ struct ChannelDelay {
   std::string against() const;            // words of the group that shows the same motion
 };
 
-/// Delays between speeds and place, and between yaw rate and yaw, that are longer than a sample, and surely
-/// (thresholds::false_delay) longer than half of one. As no sensor shows what has not happened yet, that of the two
-/// which comes after the other is the late one. The logs are taken as from one recorder.
-std::vector<ChannelDelay> find_channel_delays(std::span<const LogFile> logs, SpeedsBy speeds);
+/// Groups that are surely late: of the delays between speeds and place, and between yaw rate and yaw
+/// (measured::pairwise_delays), those that are longer than a sample, and surely (thresholds::false_delay) longer than
+/// half of one. As no sensor shows what has not happened yet, that of the two which comes after the other is the late
+/// one. The logs are taken as from one recorder.
+std::vector<ChannelDelay> sure_delays(std::span<const LogFile> logs, SpeedsBy speeds);
 
 /// What delays of place and yaw may still be wrong by is open in every model from now on: a pose is so precise that a
 /// tenth of a sample shows. Of them whole samples are to be taken off, where all logs have the same: what lies between

@@ -60,8 +60,8 @@ void use_once(std::list<SessionFile>& files, std::list<SessionFile>& held_out, c
                          " that is fitted; expected a log that is not");
 }
 
-std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, const measured::LogMap& map,
-                                         double v_ref) {
+std::vector<ChannelDelay> sure_delays_beyond_map(const std::list<SessionFile>& files, const measured::LogMap& map,
+                                                 double v_ref) {
   std::array<double, measured::delay_groups> stated{};
   for (std::size_t g = 0; g < stated.size(); ++g) stated[g] = map.delay(g).value_or(0.0);
   std::vector<measured::LogFile> logs;
@@ -69,7 +69,7 @@ std::vector<ChannelDelay> channel_delays(const std::list<SessionFile>& files, co
     logs.push_back(measured::on_even_grid(measured::at_centre_of_gravity(file, stated), v_ref));
     forget_untold(logs.back(), file);
   }
-  return find_channel_delays(logs, SpeedsBy::accelerations);
+  return sure_delays(logs, SpeedsBy::accelerations);
 }
 
 measured::LogMap with_found(measured::LogMap map, std::span<const ChannelDelay> delays) {

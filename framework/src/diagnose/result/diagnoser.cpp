@@ -85,7 +85,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
                          const ProgressCallback& progress) {
   check_held_out(given, given_held_out);
   const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
-  std::vector<ChannelDelay> delays = find_channel_delays(logs, SpeedsBy::displacements_too);
+  std::vector<ChannelDelay> delays = sure_delays(logs, SpeedsBy::displacements_too);
   delays_taken_off_ = !delays.empty();
   keep_open(delays, logs, catalogue_);
   if (delays.empty()) return search(logs, held_out, progress);

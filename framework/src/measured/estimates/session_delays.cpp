@@ -234,14 +234,14 @@ struct OneMotion {
 };
 
 /// `motion`: where both channels show one.
-void add_delay(std::vector<Delay>& delays, const Grid& grid, const char* channel, const Values& late,
+void add_delay(std::vector<PairDelay>& delays, const Grid& grid, const char* channel, const Values& late,
                const char* against, const Values& early, const std::optional<OneMotion>& motion) {
   constexpr double least_correlation = 0.5;
   constexpr int draws = 200;
   constexpr std::size_t fewest_blocks = 3;
   const LagSums sums(manoeuvres(late, grid), manoeuvres(early, grid), grid.dt);
   if (sums.blocks() < fewest_blocks) return;
-  Delay delay{channel, against, 0, 0, 0, 0, motion.has_value(), sums.blocks()};
+  PairDelay delay{channel, against, 0, 0, 0, 0, motion.has_value(), sums.blocks()};
   delay.seconds = sums.best(std::vector<int>(sums.blocks(), 1), &delay.correlation);
   if (!(delay.correlation > least_correlation)) return;
   if (sums.is_at_end(delay.seconds)) return;
@@ -299,13 +299,13 @@ Values speed_of_place(const Grid& grid, const Values& x, const Values& y, const 
   return out;
 }
 
-void add_yaw_rate_delay(const Session& s, std::vector<Delay>& delays) {
+void add_yaw_rate_delay(const Session& s, std::vector<PairDelay>& delays) {
   const Grid grid(s, {Channel::yaw, Channel::yaw_rate});
   const Values yaw = grid.channel(Channel::yaw), rate = grid.channel(Channel::yaw_rate);
   add_delay(delays, grid, "yaw_rate", rate, "yaw", grid.rate(yaw), OneMotion{rate, yaw});
 }
 
-void add_velocity_delay(const Session& s, std::vector<Delay>& delays) {
+void add_velocity_delay(const Session& s, std::vector<PairDelay>& delays) {
   const Grid grid(s, {Channel::x, Channel::y, Channel::yaw, Channel::vx});
   const Values x = grid.channel(Channel::x), y = grid.channel(Channel::y), yaw = grid.channel(Channel::yaw),
                vx = grid.channel(Channel::vx);
@@ -314,7 +314,7 @@ void add_velocity_delay(const Session& s, std::vector<Delay>& delays) {
             OneMotion{vx, way});
 }
 
-void add_steering_delay(const Session& s, std::vector<Delay>& delays) {
+void add_steering_delay(const Session& s, std::vector<PairDelay>& delays) {
   const bool by_yaw = s.has[Channel::yaw], by_place = s.has[Channel::x] && by_yaw && !s.has[Channel::vx];
   const std::size_t turning = by_yaw ? Channel::yaw : Channel::yaw_rate, speed = by_place ? Channel::x : Channel::vx;
   const Grid grid(s, {turning, speed});
@@ -327,14 +327,14 @@ void add_steering_delay(const Session& s, std::vector<Delay>& delays) {
             std::nullopt);
 }
 
-void add_throttle_delay(const Session& s, std::vector<Delay>& delays) {
+void add_throttle_delay(const Session& s, std::vector<PairDelay>& delays) {
   const Grid grid(s, {Channel::vx});
   add_delay(delays, grid, "velocity", grid.rate(grid.channel(Channel::vx)), "d", grid.command(false), std::nullopt);
 }
 
 /// `told`: by group, whether the pose tells its delay.
-std::vector<Delay> delays_of(const Session& s, const std::array<bool, delay_groups>& told) {
-  std::vector<Delay> delays;
+std::vector<PairDelay> told_delays(const Session& s, const std::array<bool, delay_groups>& told) {
+  std::vector<PairDelay> delays;
   if (s.rows() < 100) return delays;
   const auto is_told = [&](std::size_t channel) { return s.has[channel] && told[delay_group[channel]]; };
   if (s.has[Channel::yaw] && is_told(Channel::yaw_rate)) add_yaw_rate_delay(s, delays);
@@ -346,12 +346,14 @@ std::vector<Delay> delays_of(const Session& s, const std::array<bool, delay_grou
 
 }  // namespace
 
-std::vector<Delay> delays_of(const Session& session) { return delays_of(session, {true, true, true, true}); }
+std::vector<PairDelay> pairwise_delays(const Session& session) {
+  return told_delays(session, {true, true, true, true});
+}
 
-std::vector<Delay> delays_of(const SessionFile& file) {
+std::vector<PairDelay> pairwise_delays_of_file(const SessionFile& file) {
   std::array<bool, delay_groups> told{};
   for (std::size_t g = 0; g < told.size(); ++g) told[g] = pose_tells_delay(file, g);
-  return delays_of(at_centre_of_gravity(file), told);
+  return told_delays(at_centre_of_gravity(file), told);
 }
 
 bool pose_tells_delay(const SessionFile& file, std::size_t group) {
@@ -360,7 +362,7 @@ bool pose_tells_delay(const SessionFile& file, std::size_t group) {
   return true;
 }
 
-std::optional<Delay> displacement_delay(const Session& s, double yaw_is_late) {
+std::optional<PairDelay> displacement_delay(const Session& s, double yaw_is_late) {
   for (const std::size_t c : {Channel::x, Channel::yaw, Channel::vx, Channel::vy})
     if (!s.has[c]) return std::nullopt;
   if (s.rows() < 100) return std::nullopt;
@@ -372,23 +374,23 @@ std::optional<Delay> displacement_delay(const Session& s, double yaw_is_late) {
   const auto lag = displacement_lag({x, y, yaw, vx, vy, grid.dt});
   if (!lag) return std::nullopt;
   const double wide = normal_95 * lag->sigma;
-  return Delay{"velocity",
-               "position",
-               lag->seconds,
-               lag->seconds - wide,
-               lag->seconds + wide,
-               std::sqrt(std::max(0.0, lag->explained)),
-               true,
-               lag->blocks};
+  return PairDelay{"velocity",
+                   "position",
+                   lag->seconds,
+                   lag->seconds - wide,
+                   lag->seconds + wide,
+                   std::sqrt(std::max(0.0, lag->explained)),
+                   true,
+                   lag->blocks};
 }
 
-std::array<double, delay_groups> clock_delays(const LogMap& map, const std::vector<Delay>& found) {
+std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const std::vector<PairDelay>& found) {
   std::array<double, delay_groups> delays{};
   for (std::size_t g = 0; g < delay_groups; ++g) {
     const auto stated = map.delay(g);
     delays[g] = stated.value_or(g < 2 ? 0.0 : not_a_number);
     if (stated) continue;
-    for (const Delay& d : found) {
+    for (const PairDelay& d : found) {
       if (!d.of_clock || std::string_view(d.channel) != delay_names[g]) continue;
       const auto pose = std::ranges::find(delay_names, std::string_view(d.against)) - delay_names.begin();
       delays[g] = delays[static_cast<std::size_t>(pose)] + d.seconds;

@@ -1,4 +1,6 @@
-// How late the channels of a session are: against each other, and against what the car does with its commands.
+// How late the channels of a session are. Two quantities: by pair, how much later one channel shows what another shows
+// too (`PairDelay`); and by group, how late the channels of one clock are on the log's own (`delay_groups`), which
+// follows from the pairs for what the map does not state.
 #pragma once
 
 #include <array>
@@ -10,8 +12,8 @@
 
 namespace gripline::measured {
 
-/// How much later one channel shows than another what both observe.
-struct Delay {
+/// How much later one channel of a pair shows what both observe.
+struct PairDelay {
   const char* channel;  // as in the map
   const char* against;
   double seconds = 0;        // positive: `channel` is later
@@ -20,12 +22,13 @@ struct Delay {
   bool of_clock = true;      // both measure one motion; else the car's own response is in it
   std::size_t blocks = 0;    // drawn from, in which both channels were read; 3 at least
 };
-/// Yaw rate against heading, speed against place, steering and throttle against what the car does. Only pairs that
-/// correlate above 0.5, over three blocks at least in which both were read. Channels that are read in few of the rows
-/// are compared at the pace of the sparsest, linear over gaps of at most 0.25 s.
-std::vector<Delay> delays_of(const Session& session);
-/// Those of a log at its centre of gravity, of channels whose delay the pose tells.
-std::vector<Delay> delays_of(const SessionFile& file);
+/// Of each pair of channels: yaw rate against heading, speed against place, steering and throttle against what the car
+/// does. Only pairs that correlate above 0.5, over three blocks at least in which both were read. Channels that are
+/// read in few of the rows are compared at the pace of the sparsest, linear over gaps of at most 0.25 s.
+std::vector<PairDelay> pairwise_delays(const Session& session);
+/// The same of a log through its map: at its centre of gravity, and without pairs of which one channel was derived from
+/// the other (pose_tells_delay).
+std::vector<PairDelay> pairwise_delays_of_file(const SessionFile& file);
 /// Whether a group's channels can be told to be late against the log's pose (velocity against place, yaw rate against
 /// yaw). Not where one of the two was derived from the place: such speeds have its noise, half a step late, and a
 /// course leads or follows the heading by the car's sideslip, so that no yaw rate is late against it.
@@ -33,10 +36,10 @@ bool pose_tells_delay(const SessionFile& file, std::size_t group);
 
 /// Velocity against place by displacements (displacement_lag.hpp), for sessions with x, yaw, vx and vy.
 /// `yaw_is_late`: by what the heading is [s].
-std::optional<Delay> displacement_delay(const Session& session, double yaw_is_late);
+std::optional<PairDelay> displacement_delay(const Session& session, double yaw_is_late);
 
-/// Delays of the groups as the map states them, or the pose's own and what was found against it; NaN where nothing
-/// tells.
-std::array<double, delay_groups> clock_delays(const LogMap& map, const std::vector<Delay>& found);
+/// By group, how late it is on the log's clock [s]: as the map states it, else what was found between pairs, `found`,
+/// added to how late the pose is. A pose of which nothing is stated counts as on time; NaN where nothing tells.
+std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const std::vector<PairDelay>& found);
 
 }  // namespace gripline::measured

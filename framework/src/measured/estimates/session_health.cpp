@@ -199,7 +199,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
                    "kept as it is: predictions of whole periods do not see it, others miss by as much"});
   for (std::size_t c = 0; c < channels; ++c)
     if (const auto noise = s.has[c] ? noise_of(s, c, file.row_step) : std::nullopt) add_noise(*noise, c, out);
-  for (const Delay& d : delays_of(file))
+  for (const PairDelay& d : pairwise_delays_of_file(file))
     out.push_back(
         {Level::good, std::string("delay of ") + d.channel,
          significant(d.seconds) + " s (" + significant(d.low) + " to " + significant(d.high) + ") against " + d.against,

@@ -29,7 +29,8 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
   std::vector<std::string> done;
   constexpr double least = 1e-3;  // [s] shorter delays are none
   const bool search = std::any_of(map.channel.begin(), map.channel.end(), [](const auto& c) { return c && !c->delay; });
-  std::array<double, delay_groups> delays = clock_delays(map, search ? delays_of(from) : std::vector<Delay>{});
+  std::array<double, delay_groups> delays =
+      stated_or_found_delays(map, search ? pairwise_delays_of_file(from) : std::vector<PairDelay>{});
   for (std::size_t g = 0; g < delay_groups; ++g) {
     if (std::isnan(delays[g])) {
       done.push_back(std::string(delay_names[g]) + ": no delay could be found; none is taken off");

@@ -13,8 +13,8 @@ namespace test_session_delays {
 
 using test::wandering;
 
-const Delay* find(const std::vector<Delay>& all, std::string_view channel, std::string_view against) {
-  for (const Delay& d : all)
+const PairDelay* find(const std::vector<PairDelay>& all, std::string_view channel, std::string_view against) {
+  for (const PairDelay& d : all)
     if (channel == d.channel && against == d.against) return &d;
   return nullptr;
 }
@@ -27,22 +27,22 @@ TEST(Delays, OfAChannelIsFoundWithAnIntervalThatHoldsIt) {
     row[3] = speed_at(t - 0.1) + 0.02 * normal(random);
     row[2] += 0.0005 * normal(random);
   });
-  const auto delays = delays_of(s);
-  const Delay* const rate = find(delays, "yaw_rate", "yaw");
+  const auto delays = pairwise_delays(s);
+  const PairDelay* const rate = find(delays, "yaw_rate", "yaw");
   ASSERT_NE(rate, nullptr);
   EXPECT_NEAR(rate->seconds, 0.31, 0.01);
   EXPECT_LE(rate->low, 0.315);
   EXPECT_GE(rate->high, 0.305);
   EXPECT_LT(rate->high - rate->low, 0.1);
-  const Delay* const speed = find(delays, "velocity", "position");
+  const PairDelay* const speed = find(delays, "velocity", "position");
   ASSERT_NE(speed, nullptr);
   EXPECT_NEAR(speed->seconds, 0.1, 0.02);
   LogMap map;
   map.channel[5].emplace().delay.reset();
-  EXPECT_NEAR(clock_delays(map, delays)[3], 0.31, 0.01);
-  EXPECT_EQ(clock_delays(map, delays)[2], 0.0);
+  EXPECT_NEAR(stated_or_found_delays(map, delays)[3], 0.31, 0.01);
+  EXPECT_EQ(stated_or_found_delays(map, delays)[2], 0.0);
   map.channel[2].emplace().delay = 0.2;
-  EXPECT_NEAR(clock_delays(map, delays)[3], 0.51, 0.01) << "against a heading that is late itself";
+  EXPECT_NEAR(stated_or_found_delays(map, delays)[3], 0.51, 0.01) << "against a heading that is late itself";
 }
 
 TEST(Delays, AreTheSameAtAnyRate) {
@@ -51,8 +51,8 @@ TEST(Delays, AreTheSameAtAnyRate) {
       const Session s =
           wandering([&](double t, std::size_t, auto& row, auto&, auto& rate_at, auto&) { row[5] = rate_at(t - late); },
                     200.0, 1.0 / hertz);
-      const auto delays = delays_of(s);
-      const Delay* const rate = find(delays, "yaw_rate", "yaw");
+      const auto delays = pairwise_delays(s);
+      const PairDelay* const rate = find(delays, "yaw_rate", "yaw");
       ASSERT_NE(rate, nullptr) << hertz;
       EXPECT_NEAR(rate->seconds, late, 0.003) << hertz << " Hz";
     }
@@ -65,8 +65,8 @@ TEST(Delays, AShortLogSaysHowLittleItKnows) {
     row[5] = rate_at(t - 0.31) + 0.05 * normal(random);
   };
   const auto width = [&](double seconds) {
-    const auto delays = delays_of(wandering(noisy, seconds));
-    const Delay* const rate = find(delays, "yaw_rate", "yaw");
+    const auto delays = pairwise_delays(wandering(noisy, seconds));
+    const PairDelay* const rate = find(delays, "yaw_rate", "yaw");
     return rate == nullptr ? NAN : rate->high - rate->low;
   };
   const double of_short = width(15.0), of_long = width(200.0);
@@ -84,8 +84,8 @@ TEST(Delays, BlocksWithoutReadingsDoNotCount) {
     Session less = s;
     for (std::size_t i = 0; i < s.rows(); ++i)
       if (s.t[i] > seconds) less.reading[i * channels + Channel::yaw_rate] = NAN;
-    const auto delays = delays_of(less);
-    const Delay* const rate = find(delays, "yaw_rate", "yaw");
+    const auto delays = pairwise_delays(less);
+    const PairDelay* const rate = find(delays, "yaw_rate", "yaw");
     return rate == nullptr ? 0 : rate->blocks;
   };
   EXPECT_EQ(read_for(200.0), 19u);
@@ -109,12 +109,12 @@ TEST(Delays, ChannelsOfFewRowsAreAsLateAsTheyAre) {
             },
             200.0, 0.02);
         const std::string of = std::to_string(every) + " rows, noise " + std::to_string(noise);
-        const auto delays = delays_of(s);
-        const Delay* const rate = find(delays, "yaw_rate", "yaw");
+        const auto delays = pairwise_delays(s);
+        const PairDelay* const rate = find(delays, "yaw_rate", "yaw");
         ASSERT_NE(rate, nullptr) << of;
         EXPECT_NEAR(rate->seconds, -late, 0.01) << of;
         EXPECT_LT(rate->high - rate->low, 0.04) << of;
-        const Delay* const speed = find(delays, "velocity", "position");
+        const PairDelay* const speed = find(delays, "velocity", "position");
         if (every < 5 && noise > 0.0) continue;  // differences of the place are noise
         ASSERT_NE(speed, nullptr) << of;
         EXPECT_NEAR(speed->seconds, late, 0.01) << of;
@@ -129,8 +129,8 @@ TEST(Delays, GapsOfChannelsOfFewRowsAreNotBridged) {
         if (k % 5 != 0 || std::fmod(t, 20.0) > 10.0) row[2] = NAN;
       },
       200.0, 0.02);
-  const auto delays = delays_of(s);
-  const Delay* const rate = find(delays, "yaw_rate", "yaw");
+  const auto delays = pairwise_delays(s);
+  const PairDelay* const rate = find(delays, "yaw_rate", "yaw");
   ASSERT_NE(rate, nullptr);
   EXPECT_NEAR(rate->seconds, 0.0, 0.003);
 }
@@ -142,7 +142,7 @@ TEST(Delays, OfWhatWasDerivedNoneIsTold) {
     row[5] = rate_at(t - 0.31), row[3] = speed_at(t - 0.1);
   });
   const auto told = [&] {
-    const auto delays = delays_of(file);
+    const auto delays = pairwise_delays_of_file(file);
     return std::pair(find(delays, "yaw_rate", "yaw") != nullptr, find(delays, "velocity", "position") != nullptr);
   };
   EXPECT_EQ(told(), std::pair(true, true));
@@ -161,8 +161,8 @@ TEST(Delays, NothingIsSaidOfWhatDoesNotBelongTogether) {
     row[5] = 0.2 * normal(random);
     command.delta = 0.1 * normal(random);
   });
-  EXPECT_EQ(find(delays_of(s), "yaw_rate", "yaw"), nullptr);
-  EXPECT_EQ(find(delays_of(s), "yaw", "delta"), nullptr);
+  EXPECT_EQ(find(pairwise_delays(s), "yaw_rate", "yaw"), nullptr);
+  EXPECT_EQ(find(pairwise_delays(s), "yaw", "delta"), nullptr);
 }
 
 }  // namespace test_session_delays
