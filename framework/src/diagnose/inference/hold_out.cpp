@@ -41,16 +41,9 @@ bool can_be_parted(const Trace& trace, std::size_t from) {
 void add_errors(const measured::Rollouts& r, const Channels& sigma, StartErrors& to) {
   const std::size_t width = r.samples * channels;
   for (std::size_t s = 0; s < r.start.size(); ++s) {
-    double square = 0.0, readings = 0.0;
-    for (std::size_t i = s * width; i < (s + 1) * width; ++i) {
-      if (std::isnan(r.error[i]) && std::isfinite(r.predicted[i])) continue;  // no reading
-      double ratio = std::abs(r.error[i]) / sigma[i % channels];
-      if (!(ratio < measured::most_deviation)) ratio = measured::most_deviation;
-      square += ratio * ratio;
-      readings += 1.0;
-    }
-    to.square.push_back(square);
-    to.readings.push_back(readings);
+    const measured::SquaredErrors of_start = squared_errors(r, s * width, (s + 1) * width, sigma);
+    to.square.push_back(of_start.sum);
+    to.readings.push_back(static_cast<double>(of_start.readings));
   }
 }
 

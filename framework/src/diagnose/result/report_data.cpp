@@ -86,13 +86,8 @@ Node residual_node(const Diagnosis& d, const Diagnoser& diagnoser) {
     const measured::Rollouts rolled = roll_out(catalogue.build(bare), trace, diagnoser.road(), options);
     std::vector<double> size(trace.size(), std::nan(""));
     const std::size_t width = rolled.samples * channels;
-    for (std::size_t i = 0; i < rolled.start.size(); ++i) {
-      measured::Rollouts one;
-      const auto from = static_cast<std::ptrdiff_t>(i * width), to = static_cast<std::ptrdiff_t>((i + 1) * width);
-      one.error.assign(rolled.error.begin() + from, rolled.error.begin() + to);
-      one.predicted.assign(rolled.predicted.begin() + from, rolled.predicted.begin() + to);
-      size[rolled.start[i]] = rms(one, problem.sensor);
-    }
+    for (std::size_t i = 0; i < rolled.start.size(); ++i)
+      size[rolled.start[i]] = squared_errors(rolled, i * width, (i + 1) * width, problem.sensor).rms();
     for (std::size_t k = 0; k < trace.size(); k += every) {
       const double* const x = trace.motion.data() + k * channels;
       const CommandSample<double>& u = trace.log.command[k];

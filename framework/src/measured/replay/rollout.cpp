@@ -107,17 +107,22 @@ Rollouts roll_out(const StagedCar& car, const Trace& trace, const Road& road, co
   return out;
 }
 
-double rms(const Rollouts& rollouts, const Channels& sigma) {
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < rollouts.error.size(); ++i) {
+double SquaredErrors::rms() const { return readings == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(readings)); }
+
+SquaredErrors squared_errors(const Rollouts& rollouts, std::size_t first, std::size_t last, const Channels& sigma) {
+  SquaredErrors out;
+  for (std::size_t i = first; i < last; ++i) {
     if (std::isnan(rollouts.error[i]) && std::isfinite(rollouts.predicted[i])) continue;  // no reading
     double ratio = std::abs(rollouts.error[i]) / sigma[i % channels];
     if (!(ratio < most_deviation)) ratio = most_deviation;
-    sum += ratio * ratio;
-    ++count;
+    out.sum += ratio * ratio;
+    ++out.readings;
   }
-  return count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(count));
+  return out;
+}
+
+double rms(const Rollouts& rollouts, const Channels& sigma) {
+  return squared_errors(rollouts, 0, rollouts.error.size(), sigma).rms();
 }
 
 }  // namespace gripline::measured

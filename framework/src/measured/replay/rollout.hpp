@@ -31,6 +31,17 @@ Rollouts roll_out(const StagedCar& car, const Trace& trace, const Road& road, co
 std::vector<double> states_of_readings(const StagedCar& car, const std::vector<double>& readings,
                                        const std::vector<Place>& at);
 
+/// Sum of squared errors over variances, and the number of readings that they are of.
+struct SquaredErrors {
+  double sum = 0;
+  std::size_t readings = 0;
+  /// Root mean square [standard deviations]; 0 without readings.
+  double rms() const;
+};
+/// Those of Rollouts::error from number `first` on, a multiple of `channels`, up to before `last`. What was not read
+/// does not count; an error beyond `most_deviation`, or a prediction that is no number, counts as that. `sigma`:
+/// standard deviations by channel, in their units.
+SquaredErrors squared_errors(const Rollouts& rollouts, std::size_t first, std::size_t last, const Channels& sigma);
 /// Root mean square of all errors over standard deviations, over all samples of all starts; 0 without any.
 double rms(const Rollouts& rollouts, const Channels& sigma);
 

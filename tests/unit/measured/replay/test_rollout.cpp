@@ -66,6 +66,9 @@ TEST(Rollout, ErrorsAreInStandardDeviationsAndClipped) {
   missing.predicted[0] = not_a_number;
   EXPECT_DOUBLE_EQ(rms(missing, sigma), std::sqrt((most_deviation * most_deviation + 9.0) / 6.0));
   EXPECT_EQ(rms(of_errors({}), sigma), 0.0);
+  const SquaredErrors second = squared_errors(of_errors({9, 9, 9, 9, 9, 9, 1, 4, 0, 0, 0, 0}), 6, 12, sigma);
+  EXPECT_EQ(second.sum, 5.0);
+  EXPECT_EQ(second.readings, 6U);
 }
 
 TEST(Rollout, StartsAndSamplesAreAsAskedFor) {
