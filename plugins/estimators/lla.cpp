@@ -181,8 +181,8 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
     const AxleForces forces = {drive.load_front * tyres.front.force(slip.front),
                                drive.load_rear * tyres.rear.force(slip.rear)};
     const BodyVelocity rate = body_rates(body, delta, drive.forward, drive.side, forces, resistance, car_);
-    const double c = std::cos(s.yaw), n = std::sin(s.yaw);
-    return {s.vx * c - s.vy * n, s.vx * n + s.vy * c, s.omega, rate.vx, rate.vy, rate.omega};
+    const double cosine = std::cos(s.yaw), sine = std::sin(s.yaw);
+    return {s.vx * cosine - s.vy * sine, s.vx * sine + s.vy * cosine, s.omega, rate.vx, rate.vy, rate.omega};
   }
 
   /// One step of the classical Runge-Kutta method; drive, bank and axle loads are those at the mean speed, the
@@ -218,9 +218,9 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
     }
     history_[static_cast<std::size_t>(seen_ % params_.average)] = {front / load_[0], rear / load_[1]};
     mu_[0] = mu_[1] = 0.0;
-    for (const auto& [one, other] : history_) {
-      mu_[0] += one / static_cast<double>(history_.size());
-      mu_[1] += other / static_cast<double>(history_.size());
+    for (const auto& [front_mu, rear_mu] : history_) {
+      mu_[0] += front_mu / static_cast<double>(history_.size());
+      mu_[1] += rear_mu / static_cast<double>(history_.size());
     }
   }
 
@@ -233,9 +233,9 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
   double load_[2] = {0, 0};  // static, front and rear [N]
   AxleTyres centre_{}, chosen_{};
   std::vector<AxleTyres> bank_;
-  std::vector<double> errors_, sums_;  // window x models; sums over the window
-  std::vector<std::size_t> order_;
-  std::vector<std::pair<double, double>> history_;
+  std::vector<double> errors_, sums_;               // window x models; sums over the window
+  std::vector<std::size_t> order_;                  // of the models, those with the least errors first
+  std::vector<std::pair<double, double>> history_;  // of mu, front and rear: a ring of the steps averaged
   double mu_[2] = {1, 1};
   std::int64_t seen_ = 0;
 };

@@ -204,7 +204,7 @@ struct Parameters {
 /// Parameters as the world has them. One that was never fitted is judged by its model alone: no disturbance is carried
 /// on, and delays are what the map states.
 Parameters parameters_for(const LogWorld& world, const measured::LogMap& map, const calibrate::Forecaster& forecaster) {
-  using calibrate::Extra;
+  using calibrate::ForecastParameter;
   Errors errors;
   Parameters out;
   std::vector<double>& params = out.values = calibrate::parameters_of(world.tree, forecaster, errors);
@@ -215,9 +215,10 @@ Parameters parameters_for(const LogWorld& world, const measured::LogMap& map, co
   }
   errors.throw_if_any();
   if (world.tree.find("calibration") != nullptr) return out;
-  params[forecaster.index(Extra::gain_force)] = params[forecaster.index(Extra::gain_steer)] = 0.0;
+  params[forecaster.index(ForecastParameter::gain_force)] = params[forecaster.index(ForecastParameter::gain_steer)] =
+      0.0;
   for (std::size_t g = 0; g < measured::delay_groups; ++g)
-    if (const auto stated = map.delay(g)) params[forecaster.index(Extra::delay_position) + g] = *stated;
+    if (const auto stated = map.delay(g)) params[forecaster.index(ForecastParameter::delay_position) + g] = *stated;
   return out;
 }
 

@@ -41,7 +41,7 @@ class RecoveryPath {
       active_ = slowing_ = true;
     }
     if (slowing_) {
-      slowing_ = v > 1.5 * speed();
+      slowing_ = too_fast(v);
       if (!slowing_) begin(x, foot, reference);
       return true;
     }
@@ -50,7 +50,7 @@ class RecoveryPath {
       active_ = false;
     } else if (const double off = distance(x, driven_);
                off > 0.5 * radius_ || std::abs(heading_error(x)) > astray_angle) {
-      if (v > 1.5 * speed())
+      if (too_fast(v))
         slowing_ = true;
       else
         begin(x, foot, reference);
@@ -90,12 +90,15 @@ class RecoveryPath {
   static constexpr double askew_angle = 0.3;      // [rad] between a standing car and the line, and
   static constexpr double room_for_a_turn = 2.5;  // the least room over what the turn takes at the radius of the arcs
   static constexpr double astray_angle = 1.2;     // [rad] between car and the way back
-  static constexpr double standing_share = 0.3;   // of the speed in the arcs
-  static constexpr double beside_cost = 2.0;      // of a metre that is driven the car's width beside the road [m]
-  static constexpr double free_room = 1e3;        // [m] that references state where no edge is to hold the car back
-  static constexpr int places = 48;               // of the line that a way may lead to
+  static constexpr double standing_share = 0.3, too_fast_share = 1.5;  // of the speed in the arcs
+  static constexpr double beside_cost = 2.0;  // of a metre that is driven the car's width beside the road [m]
+  static constexpr double free_room = 1e3;    // [m] that references state where no edge is to hold the car back
+  static constexpr int places = 48;           // of the line that a way may lead to
 
+  /// In the arcs [m/s].
   double speed() const { return std::sqrt(friction_share * friction_ * radius_); }
+  /// Whether the car is slowed down before it drives arcs.
+  bool too_fast(double v) const { return v > too_fast_share * speed(); }
   /// How much faster than in the arcs a reference may be `beyond` metres after the end of the path [m/s].
   double gain(double beyond) const {
     return std::max(0.0,

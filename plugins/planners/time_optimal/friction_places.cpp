@@ -32,7 +32,7 @@ bool FrictionPlaces::step(std::size_t piece, double mu, double spread) {
   ++now_;
   const Seen here{piece, mu, spread, now_};
   bool changed = false;
-  if (now_ > 1 && way_from(piece_, piece) > size() / 8 && way_from(piece, piece_) > size() / 8) {
+  if (now_ > 1 && way_from(piece_, piece) > near_pieces() && way_from(piece, piece_) > near_pieces()) {
     changed = give_up();
     holding_ = false;
     since_ = now_;
@@ -65,7 +65,7 @@ std::size_t FrictionPlaces::last_of_place(std::size_t i) const {
 /// Notes the belief on all pieces that were passed in this step; of a car that was carried elsewhere, on its own only.
 void FrictionPlaces::note(const Seen& here) {
   std::size_t way = way_from(piece_, here.piece);
-  if (now_ <= 1 || way > size() / 8) way = 0;
+  if (now_ <= 1 || way > near_pieces()) way = 0;
   for (std::size_t k = 0; k <= way; ++k) {
     const std::size_t i = (here.piece + size() - k) % size();
     if (k > 0 && i == piece_) break;
@@ -104,7 +104,7 @@ bool FrictionPlaces::give_up() {
 bool FrictionPlaces::begin_earlier(const Seen& here) {
   if (!fall_ || !fall_->is_sure() || fall_->has_joined() || holding_) return false;
   std::size_t first = fall_->begin();
-  for (std::size_t n = 0; n < size() / 8 && !(grip_[first] < 1.0); ++n) first = after(first);
+  for (std::size_t n = 0; n < near_pieces() && !(grip_[first] < 1.0); ++n) first = after(first);
   const double grip = grip_[first], explained = fall_->level() * grip;
   if (first == fall_->begin() || !(grip < 1.0) || !(std::abs(here.mu - explained) <= 2.0 * same_grip * explained))
     return false;

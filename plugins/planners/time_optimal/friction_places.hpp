@@ -43,6 +43,8 @@ class FrictionPlaces {
   std::size_t before(std::size_t i) const { return i > 0 ? i - 1 : size() - 1; }
   std::size_t after(std::size_t i) const { return i + 1 < size() ? i + 1 : 0; }
   std::size_t way_from(std::size_t from, std::size_t to) const { return (to + size() - from) % size(); }
+  /// At most so many pieces are passed in one step, or lie between a fall and the known place that it may be part of.
+  std::size_t near_pieces() const { return size() / 8; }
   double seconds(long steps) const { return dt_ * static_cast<double>(steps); }
   const Seen& recent(long step) const { return recent_[static_cast<std::size_t>(step) % recent_.size()]; }
   std::size_t first_of_place(std::size_t i) const;

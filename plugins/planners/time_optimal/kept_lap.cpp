@@ -23,9 +23,11 @@ KeptLap::KeptLap(const LapSetup& setup, const AxleTyres& tyres)
   for (std::size_t i = 0; i < nodes_.size(); ++i) nodes_[i].z = first_lap_[i];
 }
 
-KeptLap::States KeptLap::at_share(States z, double share) {
+KeptLap::States KeptLap::at_share(States z, double share, Inputs inputs) {
   const double slower = std::sqrt(share);
   for (const std::size_t j : {lap_vx, lap_vy, lap_omega}) z[j] *= slower;
+  if (inputs != Inputs::none) z[lap_a] *= share;
+  if (inputs == Inputs::all) z[lap_rate] *= slower;
   return z;
 }
 
@@ -35,17 +37,14 @@ KeptLap::States KeptLap::slowed(std::size_t node, double mu) const {
 
 void KeptLap::slow_down(std::size_t node, double mu) {
   if (mu >= 0.97 * solved_for_[node]) return;
-  nodes_[node].z = slowed(node, mu);
-  nodes_[node].z[lap_a] *= share_of(solved_for_[node], mu);
+  nodes_[node].z = at_share(nodes_[node].z, share_of(solved_for_[node], mu), Inputs::acceleration);
   solved_for_[node] = mu;
 }
 
 void KeptLap::scale(std::size_t i, double share, double mu) {
   const double slower = std::sqrt(share);
   WindowNode& node = nodes_[i];
-  node.z = at_share(node.z, share);
-  node.z[lap_rate] *= slower;
-  node.z[lap_a] *= share;
+  node.z = at_share(node.z, share, Inputs::all);
   // Time per typical size: of ways and angles it grows as time does, of speeds once more.
   for (const std::size_t j : {lap_n, lap_xi, lap_delta}) node.pi[j] /= slower;
   for (const std::size_t j : {lap_vx, lap_vy, lap_omega}) node.pi[j] /= share;

@@ -25,8 +25,10 @@ class KeptLap {
   /// The base line, driven at nearly the speed that these tyres allow on it.
   KeptLap(const LapSetup& setup, const AxleTyres& tyres);
 
-  /// The states of the same motion at this share of its friction, with inputs as they are.
-  static States at_share(States z, double share);
+  /// Which inputs go with the states.
+  enum class Inputs { none, acceleration, all };
+  /// The same motion at this share of its friction, its other inputs as they are.
+  static States at_share(States z, double share, Inputs inputs = Inputs::none);
 
   std::size_t size() const { return nodes_.size(); }
   std::vector<WindowNode>& nodes() { return nodes_; }

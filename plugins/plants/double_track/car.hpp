@@ -72,21 +72,21 @@ class DoubleTrackCar {
       throw std::invalid_argument(detail::text("roll centres are at %g and %g m, expected none above h, %g m",
                                                p.roll_centre_front, p.roll_centre_rear, p.h));
     const double wheelbase = p.lf + p.lr;
-    TyreData tyre{p.mu_x,
-                  p.mu_y,
-                  p.load_sensitivity,
-                  p.stiffness_x,
-                  p.stiffness_load,
-                  p.relaxation_x,
-                  p.relaxation_y,
-                  p.contact_damping,
-                  2.5,
-                  Shape(p.C_x, p.E_x),
-                  Shape(p.C_y, p.E_y)};
+    const TyreData tyre{.mu_x = p.mu_x,
+                        .mu_y = p.mu_y,
+                        .sensitivity = p.load_sensitivity,
+                        .stiffness_x = p.stiffness_x,
+                        .stiffness_load = p.stiffness_load,
+                        .relaxation_x = p.relaxation_x,
+                        .relaxation_y = p.relaxation_y,
+                        .damping = p.contact_damping,
+                        .damping_below = 2.5,
+                        .x = Shape(p.C_x, p.E_x),
+                        .y = Shape(p.C_y, p.E_y)};
     front_ = Tyre(tyre, p.stiffness_front, 0.5 * p.m * gravity * p.lr / wheelbase);
     rear_ = Tyre(tyre, p.stiffness_rear, 0.5 * p.m * gravity * p.lf / wheelbase);
-    px_ = {p.lf, p.lf, -p.lr, -p.lr};
-    py_ = {0.5 * p.track_front, -0.5 * p.track_front, 0.5 * p.track_rear, -0.5 * p.track_rear};
+    wheel_x_ = {p.lf, p.lf, -p.lr, -p.lr};
+    wheel_y_ = {0.5 * p.track_front, -0.5 * p.track_front, 0.5 * p.track_rear, -0.5 * p.track_rear};
   }
 
   void reset(const State& x, const Ground& ground);
@@ -135,7 +135,7 @@ class DoubleTrackCar {
   Engine engine_;
   Gearbox gearbox_;
   Tyre front_, rear_;
-  PerWheel px_{}, py_{};
+  PerWheel wheel_x_{}, wheel_y_{};  // from the centre of gravity, forward and to the left [m]
   Motion z_;
   std::array<WheelLoads, wheels> loads_{};
 };
@@ -176,7 +176,7 @@ inline Held DoubleTrackCar::hold(double d, double delta, const Ground& ground) c
       gravity * std::sqrt(std::max(0.0, 1.0 - held.grade_sine * held.grade_sine - held.bank_sine * held.bank_sine));
   PerWheel grade{};
   for (std::size_t i = 0; i < wheels; ++i) {
-    const Ground::Patch patch = under(px_[i], py_[i]);
+    const Ground::Patch patch = under(wheel_x_[i], wheel_y_[i]);
     held.factor[i] = patch.factor;
     grade[i] = patch.grade;
     held.turning[i] = detail::sign(z_.spin[i]);
@@ -231,16 +231,16 @@ inline DoubleTrackCar::Torques DoubleTrackCar::wheel_torques(const Motion& z, co
 }
 
 inline WheelMotion DoubleTrackCar::over_ground(const Motion& z, const Heading& heading, std::size_t wheel) const {
-  const double ux = z.vx - z.omega * py_[wheel];
-  const double uy = z.vy + z.omega * px_[wheel];
+  const double ux = z.vx - z.omega * wheel_y_[wheel];
+  const double uy = z.vy + z.omega * wheel_x_[wheel];
   return {heading.cosine * ux + heading.sine * uy, heading.cosine * uy - heading.sine * ux, p_.radius * z.spin[wheel]};
 }
 
 inline DoubleTrackCar::Torques DoubleTrackCar::slip_controlled(Torques torques, const WheelMotion& over) const {
   const double Vt = Tyre::transport(over);
-  const double slip = (over.Vr - over.Vx) / std::max(Vt, 3.0);  // not so sharp when setting off
+  const double slip = (over.Vr - over.Vx) / std::max(Vt, 3.0);  // [m/s] less sharp when setting off
   const double left = std::clamp((p_.slip_end - std::abs(slip)) / (p_.slip_end - p_.slip_start), 0.0, 1.0);
-  const double active = std::clamp(Vt - 1.0, 0.0, 1.0);  // the last metre is braked with locked wheels
+  const double active = std::clamp(Vt - 1.0, 0.0, 1.0);  // below 1 m/s wheels may lock, from 2 m/s on none
   // Slower than the ground, backwards too; a wheel that turns against it is braked.
   const bool locks = over.Vx < 0.0 ? slip > 0.0 && over.Vr <= 0.0 : slip < 0.0;
   if (locks) torques.brake *= 1.0 - active * (1.0 - left);
@@ -274,7 +274,7 @@ inline Motion DoubleTrackCar::rates(const Motion& z, const Held& held, double st
     const double Fy = heading[i].cosine * tyre.y + heading[i].sine * tyre.x;
     force.x += Fx;
     force.y[axle] += Fy;
-    force.moment += px_[i] * Fy - py_[i] * Fx;
+    force.moment += wheel_x_[i] * Fy - wheel_y_[i] * Fx;
     if (loads != nullptr) (*loads)[i] = {tyre.x, tyre.y, Fz[i], over.Vx, over.Vy, drive, against};
   }
   set_body_rates(z, held, force, rate);
@@ -330,8 +330,8 @@ inline void DoubleTrackCar::reset(const State& x, const Ground& ground) {
   const Headings heading = headings(z_.steer);
   for (std::size_t i = 0; i < wheels; ++i) {
     const auto [cosine, sine] = heading[i];
-    const double ux = z_.vx - z_.omega * py_[i];
-    const double uy = z_.vy + z_.omega * px_[i];
+    const double ux = z_.vx - z_.omega * wheel_y_[i];
+    const double uy = z_.vy + z_.omega * wheel_x_[i];
     const double along = cosine * ux + sine * uy;
     z_.spin[i] = along / p_.radius;
     const double speed = std::hypot(ux, uy);

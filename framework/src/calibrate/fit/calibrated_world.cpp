@@ -104,7 +104,7 @@ void fix_or_start_delays(const measured::LogMap& map, const std::list<measured::
                          std::vector<Unknown>& unknowns) {
   std::vector<std::array<double, measured::delay_groups>> of_files;  // looked for once, where one is wanted
   for (std::size_t g = 0; g < measured::delay_groups; ++g) {
-    const std::size_t index = forecaster.index(Extra::delay_position) + g;
+    const std::size_t index = forecaster.index(ForecastParameter::delay_position) + g;
     const auto same = [&](const Unknown& u) { return u.index == index; };
     const auto stated = map.delay(g);
     if (stated) {
@@ -137,7 +137,7 @@ void fix_or_start_delays(const measured::LogMap& map, const std::list<measured::
 
 measured::TurningLateness turning_lateness(const Forecaster& forecaster, std::span<const double> params,
                                            std::span<const FittedParameter> fitted) {
-  const auto of = [&](Extra delay) {
+  const auto of = [&](ForecastParameter delay) {
     const std::size_t at = forecaster.index(delay);
     measured::Lateness out{params[at], params[at], params[at]};
     for (const FittedParameter& p : fitted) {
@@ -148,7 +148,7 @@ measured::TurningLateness turning_lateness(const Forecaster& forecaster, std::sp
     }
     return out;
   };
-  return {of(Extra::delay_yaw_rate), of(Extra::delay_yaw)};
+  return {of(ForecastParameter::delay_yaw_rate), of(ForecastParameter::delay_yaw)};
 }
 
 Node fitted_world(Node world, const WorldSpec& spec, const Forecaster& forecaster, const FitResult& result,
@@ -158,7 +158,7 @@ Node fitted_world(Node world, const WorldSpec& spec, const Forecaster& forecaste
     for (const Unknown::Same& s : p.unknown.same) set_value(world, s.pointer, rounded(p.value, 9));
   }
   const auto places = parameter_places(spec, forecaster);
-  for (std::size_t i = places.size() - extra_count; i < places.size(); ++i)
+  for (std::size_t i = places.size() - forecast_parameter_count; i < places.size(); ++i)
     set_value(world, places[i].pointer, rounded(result.params[places[i].index], 9));
   Node& calibration = *world.find("calibration");
   Node logs{Node::Array{}}, parameters{Node::Array{}};

@@ -14,12 +14,15 @@ constexpr std::array<const char*, stage_count> stage_groups = {"command", "drive
                                                                "force",   "body",  "frames"};
 constexpr std::array<const char*, 4> known_of_car = {"m", "lf", "lr", "yaw_gain"};
 
-bool is_delay(std::size_t extra) { return extra >= static_cast<std::size_t>(Extra::delay_position); }
+/// Of the forecast's parameters, by their number.
+bool is_delay(std::size_t parameter) {
+  return parameter >= static_cast<std::size_t>(ForecastParameter::delay_position);
+}
 
-std::string pointer_of_extra(std::size_t extra) {
-  const std::string name = extra_infos()[extra].name;
-  return is_delay(extra) ? "/calibration/delays/" + name.substr(std::string("delay_").size())
-                         : "/calibration/observer/" + name;
+std::string pointer_to(std::size_t parameter) {
+  const std::string name = forecast_parameters()[parameter].name;
+  return is_delay(parameter) ? "/calibration/delays/" + name.substr(std::string("delay_").size())
+                             : "/calibration/observer/" + name;
 }
 
 std::string effect_name(const WorldSpec& world, std::size_t i) {
@@ -47,10 +50,10 @@ std::vector<ParameterPlace> parameter_places(const WorldSpec& world, const Forec
       add(p, "/plant/effects/" + effect_name(world, i) + "/params/" + p.name,
           stage_groups[static_cast<std::size_t>(stage)]);
   }
-  for (std::size_t e = 0; e < extra_count; ++e) {
-    const ExtraInfo& info = extra_infos()[e];
-    places.push_back({pointer_of_extra(e), info.unit, is_delay(e) ? "delays" : "observer", forecaster.car_params() + e,
-                      info.lo, info.hi});
+  for (std::size_t e = 0; e < forecast_parameter_count; ++e) {
+    const ForecastParameterInfo& info = forecast_parameters()[e];
+    places.push_back(
+        {pointer_to(e), info.unit, is_delay(e) ? "delays" : "observer", forecaster.car_params() + e, info.lo, info.hi});
   }
   return places;
 }
@@ -59,10 +62,10 @@ std::vector<double> parameters_of(const Node& world, const Forecaster& forecaste
   std::vector<double> values = forecaster.defaults();
   const Node* const calibration = world.find("calibration");
   if (calibration == nullptr) return values;
-  for (std::size_t e = 0; e < extra_count; ++e) {
-    const Node* const value = find_pointer(world, pointer_of_extra(e));
+  for (std::size_t e = 0; e < forecast_parameter_count; ++e) {
+    const Node* const value = find_pointer(world, pointer_to(e));
     if (value == nullptr) continue;
-    const ExtraInfo& info = extra_infos()[e];
+    const ForecastParameterInfo& info = forecast_parameters()[e];
     values[forecaster.car_params() + e] = read_number(*value, info.unit, NumberRange::closed(info.lo, info.hi), errors);
   }
   return values;
@@ -82,9 +85,9 @@ Unknown unknown_at(const ParameterPlace& place, double prior) {
 
 namespace {
 
-Unknown extra_unknown(const ParameterPlace& place, double prior, std::size_t extra) {
+Unknown forecast_unknown(const ParameterPlace& place, double prior, std::size_t parameter) {
   Unknown u = unknown_at(place, prior);
-  const ExtraInfo& info = extra_infos()[extra];
+  const ForecastParameterInfo& info = forecast_parameters()[parameter];
   u.log = info.log;
   u.sigma = info.sigma;
   return u;
@@ -232,13 +235,13 @@ std::vector<Unknown> read_unknowns(const Node& world, std::span<const ParameterP
                                    Errors& errors) {
   std::vector<std::string> pointers;
   for (const ParameterPlace& place : places) pointers.push_back(place.pointer);
-  const std::size_t extras = places.size() - extra_count;
+  const std::size_t of_car = places.size() - forecast_parameter_count;
   const Node* const listed = world.find("unknowns");
   Listed out = listed != nullptr ? read_listed(*listed, places, pointers, values, errors)
-                                 : Listed{guess_unknowns(places.first(extras), values), {}, {}};
-  for (std::size_t e = 0; e < extra_count; ++e) {
-    const ParameterPlace& place = places[extras + e];
-    if (!out.seen.contains(place.pointer)) out.unknowns.push_back(extra_unknown(place, values[place.index], e));
+                                 : Listed{guess_unknowns(places.first(of_car), values), {}, {}};
+  for (std::size_t e = 0; e < forecast_parameter_count; ++e) {
+    const ParameterPlace& place = places[of_car + e];
+    if (!out.seen.contains(place.pointer)) out.unknowns.push_back(forecast_unknown(place, values[place.index], e));
   }
   join(out.unknowns, out.ties, places, errors);
   return chosen.empty() ? out.unknowns : choose(out.unknowns, pointers, chosen, errors);

@@ -423,17 +423,18 @@ void Lanes<T>::apply_gains(std::size_t lane, const Row<T>& now, const Row<T>& ta
   T* const remembered = memory.data() + lane * s_.memory();
   T *const steer = remembered + s_.steer_memory, *const force = remembered + s_.force_memory;
   const auto moved = [&](std::size_t c) { return z[c] - row[c]; };
-  const T turn = s_[Extra::gain_yaw_rate] * moved(Channel::yaw_rate) + s_[Extra::gain_turn] * moved(Channel::yaw);
-  *force += s_[Extra::gain_force] * moved(Channel::vx);
+  const T turn = s_[ForecastParameter::gain_yaw_rate] * moved(Channel::yaw_rate) +
+                 s_[ForecastParameter::gain_turn] * moved(Channel::yaw);
+  *force += s_[ForecastParameter::gain_force] * moved(Channel::vx);
   const T speed = value(row[Channel::vx]) > 2.0 * s_.options.v_min ? row[Channel::vx] : T(2.0 * s_.options.v_min);
-  *steer += s_[Extra::gain_steer] * turn * s_.options.wheelbase / speed;
+  *steer += s_[ForecastParameter::gain_steer] * turn * s_.options.wheelbase / speed;
   *force = clamp_value(*force, -force_limit, force_limit);
   *steer = clamp_value(*steer, -steer_limit, steer_limit);
-  row[Channel::x] += s_[Extra::gain_position] * moved(Channel::x);
-  row[Channel::y] += s_[Extra::gain_position] * moved(Channel::y);
-  row[Channel::yaw] += s_[Extra::gain_yaw] * moved(Channel::yaw);
-  row[Channel::vx] += s_[Extra::gain_speed] * moved(Channel::vx);
-  row[Channel::vy] += s_[Extra::gain_lateral] * moved(Channel::vy);
+  row[Channel::x] += s_[ForecastParameter::gain_position] * moved(Channel::x);
+  row[Channel::y] += s_[ForecastParameter::gain_position] * moved(Channel::y);
+  row[Channel::yaw] += s_[ForecastParameter::gain_yaw] * moved(Channel::yaw);
+  row[Channel::vx] += s_[ForecastParameter::gain_speed] * moved(Channel::vx);
+  row[Channel::vy] += s_[ForecastParameter::gain_lateral] * moved(Channel::vy);
   row[Channel::yaw_rate] += turn;
 }
 

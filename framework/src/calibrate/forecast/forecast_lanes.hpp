@@ -44,8 +44,8 @@ struct Setting {
   const Session& session;
   const CommandGrid& commands;
   const Road* road;
-  const T* params;  // of the car
-  const T* extra;
+  const T* params;                         // of the car
+  const T* own;                            // of the forecast
   const double* values;                    // of params
   std::size_t steer_memory, force_memory;  // where a car's memory holds the disturbances
   Stiffness stiff;
@@ -54,8 +54,10 @@ struct Setting {
   const std::vector<char>& jumped;  // by row: whether the log jumped there or shortly before as no car does
   measured::VelocityAxes<T> axes;   // of its readings
 
-  const T& operator[](Extra e) const { return extra[static_cast<std::size_t>(e)]; }
-  const T& delay(std::size_t group) const { return extra[static_cast<std::size_t>(Extra::delay_position) + group]; }
+  const T& operator[](ForecastParameter one) const { return own[static_cast<std::size_t>(one)]; }
+  const T& delay(std::size_t group) const {
+    return own[static_cast<std::size_t>(ForecastParameter::delay_position) + group];
+  }
   std::size_t memory() const { return static_cast<std::size_t>(car.memory()); }
   double longest_every() const {  // [s]
     return std::max(session.throttle_between.every, session.steering_between.every);

@@ -81,7 +81,7 @@ std::vector<char> rows_near_jumps(const Session& session, const forecast::Row<do
   return near;
 }
 
-constexpr std::array<ExtraInfo, extra_count> infos = {{
+constexpr std::array<ForecastParameterInfo, forecast_parameter_count> infos = {{
     {"steer_tau", "s", 0.05, 60, 2, 1.0, true},
     {"force_tau", "s", 0.05, 60, 2, 1.0, true},
     {"gain_position", "1", 0, 1, 0.7, 0.3, false},
@@ -100,7 +100,7 @@ constexpr std::array<ExtraInfo, extra_count> infos = {{
 
 }  // namespace
 
-std::span<const ExtraInfo> extra_infos() { return infos; }
+std::span<const ForecastParameterInfo> forecast_parameters() { return infos; }
 
 Forecaster::Forecaster(const StagedCar& car, ForecastOptions options)
     : car_params_(car.params().size()),
@@ -108,7 +108,7 @@ Forecaster::Forecaster(const StagedCar& car, ForecastOptions options)
       steer_memory_(static_cast<std::size_t>(car.memory())),
       force_memory_(steer_memory_ + static_cast<std::size_t>(steer_.memory())),
       options_(options) {
-  // Their parameters and memories follow the car's, in this order: the parameters are the first two extras.
+  // Their parameters and memories follow the car's, in this order: the parameters are the forecast's first two.
   car_.add(steer_, {infos[0].start}, "steering disturbance");
   car_.add(force_, {infos[1].start}, "force disturbance");
   const measured::Frame &pose = options.pose, &velocity = options.velocity;
@@ -118,7 +118,7 @@ Forecaster::Forecaster(const StagedCar& car, ForecastOptions options)
 
 std::vector<double> Forecaster::defaults() const {
   std::vector<double> all(car_.params().begin(), car_.params().begin() + static_cast<std::ptrdiff_t>(car_params_));
-  for (const ExtraInfo& info : infos) all.push_back(info.start);
+  for (const ForecastParameterInfo& info : infos) all.push_back(info.start);
   return all;
 }
 

@@ -23,8 +23,8 @@ namespace gripline::calibrate {
 using measured::channels;
 using measured::Session;
 
-/// What comes after the car's own parameters in the vector of all parameters.
-enum class Extra : std::size_t {
+/// What a forecast has besides the car's own parameters, behind which it stands in the vector of all parameters.
+enum class ForecastParameter : std::size_t {
   steer_tau,       // [s] decay of the steering disturbance
   force_tau,       // [s] decay of the force disturbance
   gain_position,   // [-] share of an innovation that moves the state, per row
@@ -40,15 +40,15 @@ enum class Extra : std::size_t {
   delay_velocity,  // [s] vx and vy
   delay_yaw_rate,  // [s]
 };
-inline constexpr std::size_t extra_count = 14;
-struct ExtraInfo {
+inline constexpr std::size_t forecast_parameter_count = 14;
+struct ForecastParameterInfo {
   const char* name;
   const char* unit;
   double lo, hi, start;
   double sigma;  // how well it is known before any log is read
   bool log;      // sigma is relative
 };
-std::span<const ExtraInfo> extra_infos();
+std::span<const ForecastParameterInfo> forecast_parameters();
 
 struct ForecastOptions {
   double step = 0.04;        // [s] of the integration
@@ -84,9 +84,9 @@ class Forecaster {
   Forecaster(const StagedCar& car, ForecastOptions options);
 
   std::size_t car_params() const { return car_params_; }
-  std::size_t params() const { return car_params_ + extra_count; }
-  std::size_t index(Extra extra) const { return car_params_ + static_cast<std::size_t>(extra); }
-  /// The car's stored parameters, then the extras' starts.
+  std::size_t params() const { return car_params_ + forecast_parameter_count; }
+  std::size_t index(ForecastParameter one) const { return car_params_ + static_cast<std::size_t>(one); }
+  /// The car's stored parameters, then the starts of the forecast's own.
   std::vector<double> defaults() const;
   Forecaster(const Forecaster&) = delete;
   Forecaster& operator=(const Forecaster&) = delete;

@@ -11,15 +11,15 @@
 
 namespace gripline::diagnose {
 
-using calibrate::Extra;
 using calibrate::FitLog;
 using calibrate::FittedParameter;
+using calibrate::ForecastParameter;
 using calibrate::Trial;
 using calibrate::Unknown;
 
 namespace {
 
-constexpr std::array disturbance_gains = {Extra::gain_force, Extra::gain_steer};
+constexpr std::array disturbance_gains = {ForecastParameter::gain_force, ForecastParameter::gain_steer};
 
 calibrate::ForecastOptions search_forecast(const WorldSpec& spec, const measured::LogMap& map) {
   calibrate::ForecastOptions out = calibrate::forecast_options(spec);
@@ -69,12 +69,12 @@ SearchLogs split_logs(const std::list<measured::SessionFile>& files, const std::
 /// angle.
 bool is_disturbance(const Trial& trial, const Unknown& unknown) {
   return std::ranges::any_of(disturbance_gains,
-                             [&](Extra gain) { return unknown.index == trial.forecaster.index(gain); });
+                             [&](ForecastParameter gain) { return unknown.index == trial.forecaster.index(gain); });
 }
 
 /// The observer learns no disturbance any more.
 void stop_disturbances(const Trial& trial, std::vector<double>& params) {
-  for (const Extra gain : disturbance_gains) params[trial.forecaster.index(gain)] = 0.0;
+  for (const ForecastParameter gain : disturbance_gains) params[trial.forecaster.index(gain)] = 0.0;
 }
 
 /// Fits the world's unknowns; how predictions start and how errors are weighed is kept from then on. The observer
@@ -154,7 +154,7 @@ std::unique_ptr<Trial> with_disturbances(const EffectSearch& search, const Trial
   auto trial = std::make_unique<Trial>(base.spec, search.forecast);
   take_over(*trial, base);
   Trial start(search.spec, search.forecast);
-  for (const Extra gain : disturbance_gains)
+  for (const ForecastParameter gain : disturbance_gains)
     trial->params[trial->forecaster.index(gain)] = search.worlds.given_params[start.forecaster.index(gain)];
   start.unknowns = search.worlds.observer;
   take_over_unknowns(*trial, start);

@@ -7,9 +7,9 @@
 
 #include "diagnose/inference/channel_delays.hpp"
 #include "diagnose/inference/hold_out.hpp"
-#include "diagnose/inference/selection.hpp"
 #include "diagnose/result/case_file.hpp"
 #include "diagnose/result/diagnosis.hpp"
+#include "diagnose/result/prediction_gap.hpp"
 #include "measured/log/log_file.hpp"
 #include "util/progress.hpp"
 #include "world/world_spec.hpp"
@@ -30,8 +30,8 @@ class Diagnoser {
   const Road& road() const { return road_; }
   /// Logs and references as the last run left them.
   const Problem& problem() const { return problem_; }
-  /// The nominal model as given, nothing of it fitted but what is left of delays, in the noise that was found with it.
-  Fit nominal(const Diagnosis& d) const;
+  /// The nominal model with its stated parameters (nominal_as_stated()).
+  Fit nominal(const Diagnosis& d) const { return nominal_as_stated(catalogue_, d.null_model); }
   /// What the last run measured its gap on. There must have been one.
   const HoldOut& hold_out() const { return *hold_out_; }
 
@@ -42,20 +42,7 @@ class Diagnoser {
   void name_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
                    std::span<const ChannelDelay> delays, Diagnosis& d) const;
   Channels stated_noise() const;
-  std::vector<std::string> ids(const ModelSpec& model) const;
-  std::vector<NamedEffect> name_effects(const Problem& problem, const SelectedModel& selected,
-                                        const Rivals& rivals) const;
-  std::vector<std::vector<std::string>> equivalents(std::span<const Fit* const> equals, const Fit& selected,
-                                                    const SearchResult& found) const;
-  Diagnosis conclude(SearchResult& found, const HoldOut& hold_out) const;
-  void add_parameters(Diagnosis& d) const;
-  void measure_gap(const HoldOut& hold_out, Diagnosis& d) const;
-  void compare_named(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
-  void drop_harmful(const HoldOut& hold_out, SearchResult& found, Diagnosis& d) const;
-  bool closes(const HoldOut& hold_out, const Diagnosis& d) const;
-  bool stands(const HoldOut& hold_out, const Diagnosis& d) const;
   void allow_for_wrong_channel(const Channels& expected_noise, Diagnosis& d) const;
-  void withdraw(const HoldOut& hold_out, const SearchResult& found, Diagnosis& d) const;
 
   const WorldSpec& world_;
   CaseOptions options_;

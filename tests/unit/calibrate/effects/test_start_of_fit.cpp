@@ -22,7 +22,7 @@ struct OffsetWorld {
                    const std::vector<std::string>& chosen = {}) const {
     return start_of_fit(tree, world, map, {}, by_yaw, chosen);
   }
-  std::size_t delay() const { return world.forecaster.index(Extra::delay_position); }
+  std::size_t delay() const { return world.forecaster.index(ForecastParameter::delay_position); }
 
   Node tree;
   Trial world;

@@ -204,8 +204,8 @@ TEST(Fit, OnlyWhatIsChosenMoves) {
   Bench bench("tyres");
   const FitResult result = bench.run();
   EXPECT_EQ(result.parameters.size(), 2u);
-  EXPECT_EQ(result.params[bench.rig.forecaster.index(Extra::gain_yaw)],
-            bench.values[bench.rig.forecaster.index(Extra::gain_yaw)]);
+  EXPECT_EQ(result.params[bench.rig.forecaster.index(ForecastParameter::gain_yaw)],
+            bench.values[bench.rig.forecaster.index(ForecastParameter::gain_yaw)]);
 }
 
 TEST(Fit, IsTheSameTwice) {

@@ -41,7 +41,7 @@ TEST(Unknowns, AreReadWithTheirPriors) {
   EXPECT_NEAR(all[1].sigma, 0.0174533, 1e-6);
   EXPECT_EQ(all[2].prior, 0.02);
   EXPECT_EQ(all[2].low, 0.0);
-  EXPECT_EQ(all.size(), 2u + extra_count);  // delays and observer belong to it always
+  EXPECT_EQ(all.size(), 2u + forecast_parameter_count);  // delays and observer belong to it always
 }
 
 TEST(Unknowns, AWorldThatListsNoneLeavesOpenWhatCanBeAGuess) {
@@ -70,7 +70,7 @@ TEST(Unknowns, WhatIsTheSameMovesTogether) {
       "/calibration/delays/velocity": {"same_as": "/calibration/delays/position"}}})",
                   errors);
   ASSERT_TRUE(errors.empty());
-  ASSERT_EQ(all.size(), extra_count - 2u);
+  ASSERT_EQ(all.size(), forecast_parameter_count - 2u);
   const auto leader = std::find_if(all.begin(), all.end(),
                                    [](const Unknown& u) { return u.pointer == "/calibration/delays/position"; });
   ASSERT_NE(leader, all.end());

@@ -25,10 +25,10 @@ TEST(Forecaster, ADisturbanceIsCarriedOn) {
   const Session s = drive(truth.vehicle.car(), {.seconds = 30});
   const Starts starts = some_starts(s, {1.0});
   auto params = rig.forecaster.defaults();
-  params[rig.forecaster.index(Extra::gain_force)] = 0.0;
+  params[rig.forecaster.index(ForecastParameter::gain_force)] = 0.0;
   const double without = worst(s, starts, rig.predict(s, params, starts), 3);
-  params[rig.forecaster.index(Extra::gain_force)] = 2.0;
-  params[rig.forecaster.index(Extra::force_tau)] = 30.0;
+  params[rig.forecaster.index(ForecastParameter::gain_force)] = 2.0;
+  params[rig.forecaster.index(ForecastParameter::force_tau)] = 30.0;
   EXPECT_LT(worst(s, starts, rig.predict(s, params, starts), 3), 0.3 * without);
 }
 

@@ -21,9 +21,9 @@ using test::stop_and_go;
 /// commands (and a prescribed speed) after the time of each horizon.
 void expect_nothing_later_read(const CalibrateRig& rig, const Session& s, const std::vector<double>& horizons) {
   auto params = rig.forecaster.defaults();
-  params[rig.forecaster.index(Extra::delay_position)] = 0.03;
-  params[rig.forecaster.index(Extra::delay_velocity)] = -0.02;
-  params[rig.forecaster.index(Extra::delay_yaw_rate)] = 0.2;
+  params[rig.forecaster.index(ForecastParameter::delay_position)] = 0.03;
+  params[rig.forecaster.index(ForecastParameter::delay_velocity)] = -0.02;
+  params[rig.forecaster.index(ForecastParameter::delay_yaw_rate)] = 0.2;
   Starts starts;
   starts.horizons = horizons;
   for (std::size_t i = 10; i < 600; i += 17) starts.time.push_back(s.t[i]);

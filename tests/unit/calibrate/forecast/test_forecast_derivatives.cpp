@@ -49,8 +49,8 @@ TEST(Forecaster, DerivativesAreThoseOfThePredictions) {
   const Session s = drive(rig.vehicle.car(), {.seconds = 12, .noise = 1, .delay = {0.0, 0.0, 0.0, 0.1}});
   const Starts starts = some_starts(s);
   std::vector<double> params = rig.forecaster.defaults();
-  for (std::size_t g = 0; g < 4; ++g) params[rig.forecaster.index(Extra::delay_position) + g] = 0.007;
-  params[rig.forecaster.index(Extra::delay_yaw_rate)] = 0.093;
+  for (std::size_t g = 0; g < 4; ++g) params[rig.forecaster.index(ForecastParameter::delay_position) + g] = 0.007;
+  params[rig.forecaster.index(ForecastParameter::delay_yaw_rate)] = 0.093;
   params[4] *= 1.1;
   const measured::CommandGrid commands(s, 0.02);
   for (std::size_t first = 0; first < params.size(); first += 8) {
@@ -115,13 +115,14 @@ TEST(Forecaster, NothingJumpsWhereADelayChanges) {
   const CalibrateRig rig(test::small_car_world(frames_and_delay));
   const Session s = drive(rig.vehicle.car(), {.seconds = 14, .noise = 1, .delay = {0.02, 0.02, 0.02, 0.06}});
   const Starts starts = some_starts(s);
-  const auto extra = [&](Extra e) { return rig.forecaster.index(e); };
-  const std::vector<std::vector<std::size_t>> delays = {{extra(Extra::delay_position), extra(Extra::delay_yaw),
-                                                         extra(Extra::delay_velocity), extra(Extra::delay_yaw_rate)},
-                                                        {extra(Extra::delay_position)},
-                                                        {extra(Extra::delay_velocity)},
-                                                        {extra(Extra::delay_yaw_rate)},
-                                                        {index_of(rig, "/plant/effects/input_delay/params/T")}};
+  using enum ForecastParameter;
+  const auto at = [&](ForecastParameter delay) { return rig.forecaster.index(delay); };
+  const std::vector<std::vector<std::size_t>> delays = {
+      {at(delay_position), at(delay_yaw), at(delay_velocity), at(delay_yaw_rate)},
+      {at(delay_position)},
+      {at(delay_velocity)},
+      {at(delay_yaw_rate)},
+      {index_of(rig, "/plant/effects/input_delay/params/T")}};
   for (const auto& moved : delays) {
     constexpr double step = 5e-4;  // [s], over two steps of the car and two rows
     double worst = 0.0, steepest = 0.0, cost_before = 0.0, slope_before = 0.0;

@@ -24,8 +24,10 @@ using test::worst;
 double worst_of_standing(const Session& s, const Session& truth, std::size_t channel) {
   const CalibrateRig rig(test::small_car_world(R"({"plant": {"params": {"Cm1": 10}}})"));
   std::vector<double> params = rig.forecaster.defaults();
-  for (const Extra gain : {Extra::gain_position, Extra::gain_yaw, Extra::gain_speed, Extra::gain_lateral,
-                           Extra::gain_yaw_rate, Extra::gain_turn, Extra::gain_force, Extra::gain_steer})
+  for (const ForecastParameter gain :
+       {ForecastParameter::gain_position, ForecastParameter::gain_yaw, ForecastParameter::gain_speed,
+        ForecastParameter::gain_lateral, ForecastParameter::gain_yaw_rate, ForecastParameter::gain_turn,
+        ForecastParameter::gain_force, ForecastParameter::gain_steer})
     params[rig.forecaster.index(gain)] = 0.0;
   Starts starts{{}, {0.1}};
   for (std::size_t i = 200; i + 60 < s.rows(); ++i)

@@ -39,7 +39,7 @@ TEST(Forecaster, PredictsWhatLateChannelsWillShow) {
   const Starts starts = some_starts(s);
   auto params = rig.forecaster.defaults();
   const auto blind = rig.predict(s, params, starts);
-  for (std::size_t g = 0; g < 4; ++g) params[rig.forecaster.index(Extra::delay_position) + g] = delay[g];
+  for (std::size_t g = 0; g < 4; ++g) params[rig.forecaster.index(ForecastParameter::delay_position) + g] = delay[g];
   const auto predicted = rig.predict(s, params, starts);
   for (const std::size_t c : {0u, 2u, 3u, 5u})
     EXPECT_LT(worst(s, starts, predicted, c), 0.25 * worst(s, starts, blind, c)) << c;
@@ -143,7 +143,7 @@ TEST(Forecaster, AChannelThatIsMissingIsDoneWithout) {
   s.has[4] = s.has[5] = false;
   Starts starts = some_starts(s);
   auto params = rig.forecaster.defaults();
-  params[rig.forecaster.index(Extra::gain_turn)] = 5.0;
+  params[rig.forecaster.index(ForecastParameter::gain_turn)] = 5.0;
   const auto predicted = rig.predict(s, params, starts);
   EXPECT_LT(worst(s, starts, predicted, 0), 0.02);
   EXPECT_TRUE(std::isfinite(predicted[4]));

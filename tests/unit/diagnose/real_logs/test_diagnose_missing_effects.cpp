@@ -221,7 +221,7 @@ TEST(MissingEffects, ParametersThatLogsDoNotTellKeepTheirPrior) {
   EXPECT_NEAR(one.interval.high - one.interval.low, 2 * 1.96 * sigma, 0.1 * sigma);
   const Vehicle car(found.spec.vehicle, CalibrateRig::context(found.spec));
   const calibrate::Forecaster forecaster(car.car(), CalibrateRig::options(found.spec));
-  EXPECT_EQ(one.unknown.index, forecaster.index(calibrate::Extra::delay_yaw_rate));
+  EXPECT_EQ(one.unknown.index, forecaster.index(calibrate::ForecastParameter::delay_yaw_rate));
 }
 
 /// Tyres that know no end of grip, of the same stiffness: to first order less grip does next to nothing there that
