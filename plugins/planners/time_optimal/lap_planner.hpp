@@ -111,7 +111,7 @@ class LapPlanner : public SpeedPlanner {
   PlanFollower& followed() { return line_; }
   /// Whether references lead the car to the line from elsewhere.
   bool joins() const { return join_.active() || recovery_.active(); }
-  /// Slip that the front or the rear axle exceeded in one of 200 steps of a moving car [rad].
+  /// Slip that the front or the rear axle exceeded in one of 200 steps [rad].
   double visited_slip() const { return tyres_.visited_slip(); }
   LapPlan plan_;
 

@@ -24,7 +24,6 @@ AxlePrior prior_of(const MagicFormula& shape, double D, double mu, double sigma)
 TyreBelief::TyreBelief(const Car& car, const LapParams& params) : car_(car), generic_(generic_tyres(car, params)) {}
 
 void TyreBelief::see(const State& x) {
-  if (std::hypot(x.vx, x.vy) < car_.v_min) return;
   const double forward = std::max(std::abs(x.vx), car_.v_min);
   front_seen_.add(front_slip(forward, x.vy, x.omega, steered_along_motion(x.vx, x.delta), car_.lf));
   rear_seen_.add(rear_slip(forward, x.vy, x.omega, car_.lr));

@@ -13,14 +13,13 @@ class TyreBelief {
  public:
   TyreBelief(const Car& car, const LapParams& params);
 
-  /// The slips of a control step, those of front wheels that stand as commanded. A car below its v_min has none: its
-  /// front slip would be the angle at which it is told to steer, and every step at rest would count as one driven.
+  /// The slips of a control step, those of front wheels that stand as commanded.
   void see(const State& x);
   /// `learned`: null where nothing is.
   AxleTyres tyres(const Belief& belief, const TyreCurve* learned) const;
   /// Tyres with the shapes and the balance that the parameters state, at a friction of 1.
   const AxleTyres& generic() const { return generic_; }
-  /// Slip that the front or the rear axle exceeded in one of 200 steps of a moving car [rad].
+  /// Slip that the front or the rear axle exceeded in one of 200 steps [rad].
   double visited_slip() const;
 
  private:

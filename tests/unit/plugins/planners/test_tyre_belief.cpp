@@ -55,20 +55,5 @@ TEST_F(TyreBeliefTest, WheelsOfACarThatRollsBackwardsDoNotSlip) {
   EXPECT_LT(tyres_.visited_slip(), 0.02);
 }
 
-/// At rest, told to steer: nothing slips, and what slipped before is not the less for it.
-TEST_F(TyreBeliefTest, ACarThatStandsVisitsNoSlip) {
-  State rest, slide;
-  rest.delta = 0.3;
-  rest.vy = 0.2 * car_.v_min;  // a creep, or a sensor's noise
-  for (int i = 0; i < 300; ++i) tyres_.see(rest);
-  EXPECT_LT(tyres_.visited_slip(), 0.02);
-  slide.vx = 1.0;
-  slide.vy = -0.5;
-  for (int i = 0; i < 10; ++i) tyres_.see(slide);
-  rest.delta = 0.0;
-  for (int i = 0; i < 10000; ++i) tyres_.see(rest);
-  EXPECT_NEAR(tyres_.visited_slip(), 0.46, 0.02);
-}
-
 }  // namespace test_tyre_belief
 }  // namespace gripline
