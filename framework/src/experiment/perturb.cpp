@@ -23,22 +23,42 @@ std::optional<std::size_t> pace_index(const PluginSpec& planner) {
   return std::nullopt;
 }
 
+/// What is wrong with the starts that the extremes give, `beyond` further out to each side [m]; empty if nothing is.
+std::string check_extremes(const PerturbSpec& spec, const WorldSpec& world, double beyond) {
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto end = [&](int bit, double width) { return (corner >> bit & 1) != 0 ? width : -width; };
+    const Pose start = moved_start(
+        world.start,
+        {.along = end(0, spec.position), .across = end(1, spec.position + beyond), .heading = end(2, spec.heading)});
+    if (std::string problem = check_start(*world.track, start); !problem.empty()) return problem;
+  }
+  return {};
+}
+
+/// The largest `position`, no more than it is, at which the car's body is on the road; 0 if there is none.
+double position_within_road(PerturbSpec spec, const WorldSpec& world) {
+  const auto fits = [&](double position) {
+    spec.position = position;
+    return check_extremes(spec, world, 0.5 * world.car.car.width).empty();
+  };
+  double least = 0, most = spec.position;
+  if (fits(most)) return most;
+  for (int i = 0; i < 30; ++i) {
+    const double middle = 0.5 * (least + most);
+    (fits(middle) ? least : most) = middle;
+  }
+  return least;
+}
+
 void check_starts(const PerturbSpec& spec, const Node& node, const WorldSpec& world, Errors& errors) {
   if (spec.speed > world.start_speed)
     errors.add(node.find("speed")->origin, "the start's speed is " + number_text(world.start_speed) +
                                                " m/s; expected at most that as \"speed\", found " +
                                                number_text(spec.speed));
   if (!world.track) return;
-  for (int corner = 0; corner < 8; ++corner) {
-    const auto end = [&](int bit, double width) { return (corner >> bit & 1) != 0 ? width : -width; };
-    const Pose start =
-        moved_start(world.start,
-                    {.along = end(0, spec.position), .across = end(1, spec.position), .heading = end(2, spec.heading)});
-    if (const std::string problem = check_start(*world.track, start); !problem.empty()) {
-      errors.add(node.origin, "at its extremes: " + problem);
-      return;
-    }
-  }
+  if (const std::string problem = check_extremes(spec, world, 0); !problem.empty())
+    errors.add(node.origin, "at its extremes: " + problem +
+                                "; expected a smaller \"position\", or \"within_road\": true for what the road has");
 }
 
 void check_paces(const PerturbSpec& spec, const Node& node, const std::vector<StackSpec>& stacks, Errors& errors) {
@@ -92,8 +112,10 @@ PerturbSpec read_perturb(const Node& node, const WorldSpec& world, const std::ve
   spec.heading = r.number("heading", "rad", NumberRange::closed(0.0, 0.5 * std::numbers::pi), 0.0);
   spec.speed = r.number("speed", "m/s", NumberRange::closed(0.0, 100.0), 0.0);
   spec.pace = r.number("pace", "1", NumberRange::closed(0.0, 0.5), 0.0);
+  const bool within_road = r.boolean("within_road", false);
   r.finish();
   if (errors.size() != before) return spec;
+  if (within_road && world.track) spec.position = position_within_road(spec, world);
   if (!spec.any()) errors.add(node.origin, "perturbs nothing; expected position, heading, speed or pace above 0");
   check_starts(spec, node, world, errors);
   if (spec.pace > 0) check_paces(spec, node, stacks, errors);

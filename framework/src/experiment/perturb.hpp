@@ -22,7 +22,8 @@ struct PerturbSpec {
 };
 
 /// {"position": "20 mm", "heading": "3 deg", "speed": "0.1 m/s", "pace": 0.03}. The starts that the extremes give must
-/// lie on the road, and with "pace" every planner must have that parameter and allow the extremes.
+/// lie on the road; with "within_road": true, `position` is what leaves the car's body on it, if that is less. With
+/// "pace" every planner must have that parameter and allow the extremes.
 PerturbSpec read_perturb(const Node& node, const WorldSpec& world, const std::vector<StackSpec>& stacks,
                          Errors& errors);
 

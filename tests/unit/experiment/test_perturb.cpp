@@ -48,6 +48,18 @@ TEST(Perturb, SaysWhatCannotBe) {
               HasSubstr("/pace: that of stack good would leave 0.05 to 2"));
 }
 
+TEST(Perturb, KeepsToANarrowRoadWhereAsked) {
+  const PerturbSpec narrow = race_of(R"({"position": 0.4, "heading": "3 deg", "within_road": true})").perturb;
+  const RaceSpec race = race_of(R"({"position": 0.1, "within_road": true})");
+  EXPECT_EQ(race.perturb.position, 0.1);  // the road has room for that
+  const double room = 0.3 - 0.5 * race.world.car.car.width;
+  EXPECT_LE(narrow.position, room + 1e-6);
+  EXPECT_GT(narrow.position, 0.9 * room);
+  EXPECT_NEAR(narrow.heading, 3 * 3.14159265358979 / 180, 1e-12);
+  EXPECT_THAT(why(R"({"position": 0.4})"), HasSubstr("\"within_road\": true"));
+  EXPECT_THAT(why(R"({"position": 0.4, "within_road": 1})"), HasSubstr("/within_road"));
+}
+
 TEST(Perturb, ADrawIsOfItsSeedAloneAndWithinItsWidth) {
   const PerturbSpec spec{0.02, 0.05, 0.1, 0.03};
   std::set<double> places;
