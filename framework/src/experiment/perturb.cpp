@@ -35,7 +35,8 @@ std::string check_extremes(const PerturbSpec& spec, const WorldSpec& world, doub
   return {};
 }
 
-/// The largest `position`, no more than it is, at which the car's body is on the road; 0 if there is none.
+/// The largest `position`, no more than it is, at which half the car's width is on the road beyond the start; 0 if there
+/// is none.
 double position_within_road(PerturbSpec spec, const WorldSpec& world) {
   const auto fits = [&](double position) {
     spec.position = position;
@@ -56,9 +57,13 @@ void check_starts(const PerturbSpec& spec, const Node& node, const WorldSpec& wo
                                                " m/s; expected at most that as \"speed\", found " +
                                                number_text(spec.speed));
   if (!world.track) return;
-  if (const std::string problem = check_extremes(spec, world, 0); !problem.empty())
-    errors.add(node.origin, "at its extremes: " + problem +
-                                "; expected a smaller \"position\", or \"within_road\": true for what the road has");
+  std::string problem = check_extremes(spec, world, 0);
+  if (problem.empty()) return;
+  PerturbSpec in_place = spec;
+  in_place.position = 0;
+  if (spec.position > 0 && check_extremes(in_place, world, 0).empty())
+    problem += "; expected a smaller \"position\", or \"within_road\": true for what leaves the car's body on the road";
+  errors.add(node.origin, "at its extremes: " + problem);
 }
 
 void check_paces(const PerturbSpec& spec, const Node& node, const std::vector<StackSpec>& stacks, Errors& errors) {
@@ -115,7 +120,14 @@ PerturbSpec read_perturb(const Node& node, const WorldSpec& world, const std::ve
   const bool within_road = r.boolean("within_road", false);
   r.finish();
   if (errors.size() != before) return spec;
-  if (within_road && world.track) spec.position = position_within_road(spec, world);
+  if (within_road && world.track && spec.position > 0) {
+    spec.position = position_within_road(spec, world);
+    if (spec.position == 0) {
+      errors.add(node.find("position")->origin,
+                 "the car's body is not on the road at the start itself; expected another start, or no \"position\"");
+      return spec;
+    }
+  }
   if (!spec.any()) errors.add(node.origin, "perturbs nothing; expected position, heading, speed or pace above 0");
   check_starts(spec, node, world, errors);
   if (spec.pace > 0) check_paces(spec, node, stacks, errors);

@@ -13,6 +13,7 @@ namespace gripline {
 namespace test_perturb {
 
 using testing::HasSubstr;
+using testing::Not;
 using namespace testing_support;
 
 RaceSpec race_of(std::string_view perturb, std::string_view patch = "{}") {
@@ -57,6 +58,10 @@ TEST(Perturb, KeepsToANarrowRoadWhereAsked) {
   EXPECT_GT(narrow.position, 0.9 * room);
   EXPECT_NEAR(narrow.heading, 3 * 3.14159265358979 / 180, 1e-12);
   EXPECT_THAT(why(R"({"position": 0.4})"), HasSubstr("\"within_road\": true"));
+  EXPECT_THAT(why(R"({"position": 0.01, "heading": "90 deg"})"),
+              Not(HasSubstr("within_road")));  // the heading is wrong
+  EXPECT_THAT(why(R"({"position": 0.01, "within_road": true})", R"({"world": {"start": {"y": 0.29}}})"),
+              HasSubstr("/position: the car's body is not on the road at the start itself"));
   EXPECT_THAT(why(R"({"position": 0.4, "within_road": 1})"), HasSubstr("/within_road"));
 }
 
