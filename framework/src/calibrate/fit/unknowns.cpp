@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "config/units.hpp"
+#include "plugin/plugin_spec.hpp"
 
 namespace gripline::calibrate {
 namespace {

@@ -1,6 +1,7 @@
 // Open-loop predictions along a log: from measured states, with the recorded commands, compared with what was measured.
 #pragma once
 
+#include "measured/channels.hpp"
 #include "measured/replay/replay.hpp"
 
 namespace gripline::measured {
