@@ -19,8 +19,8 @@ struct SessionWindow {
   double throttle = NAN, gain = NAN;                        // mean of d, change of speed between its ends
 };
 
-/// Windows of half a second that overlap by half, up to a second long where rows are sparse; none where rows lie further
-/// apart.
+/// Windows of half a second that overlap by half, up to a second long where rows are sparse; none where rows lie
+/// further apart.
 std::vector<SessionWindow> session_windows(Session session);
 
 /// By vx, or where that was not read by place [m/s].
