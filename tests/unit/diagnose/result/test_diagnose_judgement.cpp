@@ -52,7 +52,7 @@ Diagnosis judged(const DiagnoseRig& rig, const Case& c) {
   other.stretches.push_back(
       with_offset(rig.simulate(c.truth, {.seconds = c.seconds_of_other, .seed = 96}), c.offset_of_other));
   const HoldOut hold_out(problem, rig.road(), {&other, 1});
-  judge_by_predictions(hold_out, problem, c.delays_taken_off, found, d);
+  judge_by_predictions(found, hold_out, {.delays_taken_off = c.delays_taken_off}, d);
   return d;
 }
 

@@ -27,7 +27,7 @@ TEST(Ranking, PredictionsAreOfDataThatWereNotFitted) {
   std::vector<RankedEffect> ranking(2);
   ranking[0].effect = "yawrate_bias";
   ranking[1].effect = "aero_drag";
-  add_predictions(hold_out, found, ranking);
+  add_predictions(found, hold_out, ranking);
   const auto row = [&](const char* effect) { return *std::ranges::find(ranking, effect, &RankedEffect::effect); };
   constexpr std::array<double, 1> second = {1.0};
   const StartErrors refitted = hold_out.predict_refitted(offset);
