@@ -25,10 +25,11 @@
 #include "experiment/claims.hpp"
 #include "geometry/track_file.hpp"
 #include "gripline/validate_file.hpp"
+#include "measured/estimates/session_delays.hpp"
 #include "measured/estimates/session_health.hpp"
-#include "measured/log/gripline_log.hpp"
 #include "measured/log/log_file.hpp"
 #include "measured/session/centre_of_gravity.hpp"
+#include "measured/session/gripline_log.hpp"
 #include "measured/session/log_guess.hpp"
 #include "measured/session/log_map.hpp"
 #include "measured/session/session_checks.hpp"
@@ -185,7 +186,7 @@ void import_log(std::string_view bytes) {
     measured::check_session(file, measured::typical_speed(at_centre_of_gravity(file)));
     for (const measured::Finding& found : measured::health_of(file))
       require(!found.check.empty(), "a finding without a name");
-    measured::write_gripline_log(scratch() / "logger.gripline.csv", file, read);
+    measured::write_gripline_log(scratch() / "logger.gripline.csv", file, stated_or_found_delays(read, file));
   });
 }
 

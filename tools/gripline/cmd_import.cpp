@@ -15,9 +15,10 @@
 #include "config/errors.hpp"
 #include "gripline/command.hpp"
 #include "gripline/import_bag.hpp"
+#include "measured/estimates/session_delays.hpp"
 #include "measured/estimates/session_health.hpp"
-#include "measured/log/gripline_log.hpp"
 #include "measured/session/centre_of_gravity.hpp"
+#include "measured/session/gripline_log.hpp"
 #include "measured/session/log_guess.hpp"
 #include "measured/session/session_checks.hpp"
 #include "measured/table/delimited_table.hpp"
@@ -141,7 +142,7 @@ int import_log(Arguments args, OpenBag open) {
   const double v_ref = (*given)["v-ref"].as<double>();
   measured::check_session(file, v_ref > 0.0 ? v_ref : measured::typical_speed(at_centre_of_gravity(file)));
   print(measured::health_of(file));
-  const auto remarks = measured::write_gripline_log(out, file, map);
+  const auto remarks = measured::write_gripline_log(out, file, stated_or_found_delays(map, file));
   for (const std::string& remark : remarks) std::cout << remark << '\n';
   std::cout << "log: " << out.string() << '\n';
   return good;

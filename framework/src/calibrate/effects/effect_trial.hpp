@@ -9,6 +9,9 @@
 #include "calibrate/effects/candidate_effects.hpp"
 #include "calibrate/fit/calibrated_world.hpp"
 #include "calibrate/fit/forecast_errors.hpp"
+#include "calibrate/forecast/forecaster.hpp"
+#include "plugin/registry.hpp"
+#include "world/world_spec.hpp"
 
 namespace gripline::calibrate {
 

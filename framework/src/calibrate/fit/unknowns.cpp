@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "config/units.hpp"
+#include "plugin/plugin_spec.hpp"
 
 namespace gripline::calibrate {
 namespace {
@@ -20,7 +21,7 @@ bool is_delay(std::size_t parameter) {
 }
 
 std::string pointer_to(std::size_t parameter) {
-  const std::string name = forecast_parameters()[parameter].name;
+  const std::string name = forecast_parameter_infos()[parameter].name;
   return is_delay(parameter) ? "/calibration/delays/" + name.substr(std::string("delay_").size())
                              : "/calibration/observer/" + name;
 }
@@ -51,7 +52,7 @@ std::vector<ParameterPlace> parameter_places(const WorldSpec& world, const Forec
           stage_groups[static_cast<std::size_t>(stage)]);
   }
   for (std::size_t e = 0; e < forecast_parameter_count; ++e) {
-    const ForecastParameterInfo& info = forecast_parameters()[e];
+    const ForecastParameterInfo& info = forecast_parameter_infos()[e];
     places.push_back(
         {pointer_to(e), info.unit, is_delay(e) ? "delays" : "observer", forecaster.car_params() + e, info.lo, info.hi});
   }
@@ -65,7 +66,7 @@ std::vector<double> parameters_of(const Node& world, const Forecaster& forecaste
   for (std::size_t e = 0; e < forecast_parameter_count; ++e) {
     const Node* const value = find_pointer(world, pointer_to(e));
     if (value == nullptr) continue;
-    const ForecastParameterInfo& info = forecast_parameters()[e];
+    const ForecastParameterInfo& info = forecast_parameter_infos()[e];
     values[forecaster.car_params() + e] = read_number(*value, info.unit, NumberRange::closed(info.lo, info.hi), errors);
   }
   return values;
@@ -87,7 +88,7 @@ namespace {
 
 Unknown forecast_unknown(const ParameterPlace& place, double prior, std::size_t parameter) {
   Unknown u = unknown_at(place, prior);
-  const ForecastParameterInfo& info = forecast_parameters()[parameter];
+  const ForecastParameterInfo& info = forecast_parameter_infos()[parameter];
   u.log = info.log;
   u.sigma = info.sigma;
   return u;

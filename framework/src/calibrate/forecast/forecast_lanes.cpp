@@ -122,7 +122,7 @@ void Lanes<T>::start_from_log(std::size_t lane) {
   batch.command = &command;
   batch.at = &at[lane];
   batch.history = &past;
-  batch.params = s_.values;
+  batch.params = s_.car_values;
   s_.car.start_memory(batch, steady.data());
   std::copy(steady.begin(), steady.end(), memory.begin() + static_cast<std::ptrdiff_t>(lane * s_.memory()));
 }
@@ -144,7 +144,7 @@ void Lanes<T>::evaluate_rates(bool begin) {
   batch.command = command_.data();
   batch.memory = stage_m_.data();
   batch.at = at.data();
-  batch.params = s_.params;
+  batch.params = s_.car_params;
   batch.history = history_.data();
   batch.motion_rate = rate_.data();
   batch.memory_rate = rate_m_.data();

@@ -44,9 +44,9 @@ struct Setting {
   const Session& session;
   const CommandGrid& commands;
   const Road* road;
-  const T* params;                         // of the car
-  const T* own;                            // of the forecast
-  const double* values;                    // of params
+  const T* car_params;                     // with those of its disturbances and frames
+  const T* forecast_params;                // by ForecastParameter
+  const double* car_values;                // of car_params
   std::size_t steer_memory, force_memory;  // where a car's memory holds the disturbances
   Stiffness stiff;
   double look_back;                 // [s] of the effects, into the commands
@@ -54,9 +54,9 @@ struct Setting {
   const std::vector<char>& jumped;  // by row: whether the log jumped there or shortly before as no car does
   measured::VelocityAxes<T> axes;   // of its readings
 
-  const T& operator[](ForecastParameter one) const { return own[static_cast<std::size_t>(one)]; }
+  const T& operator[](ForecastParameter one) const { return forecast_params[static_cast<std::size_t>(one)]; }
   const T& delay(std::size_t group) const {
-    return own[static_cast<std::size_t>(ForecastParameter::delay_position) + group];
+    return forecast_params[static_cast<std::size_t>(ForecastParameter::delay_position) + group];
   }
   std::size_t memory() const { return static_cast<std::size_t>(car.memory()); }
   double longest_every() const {  // [s]
@@ -65,7 +65,7 @@ struct Setting {
 
   Row<T> read(const T* x, const Place& at) const {
     Reading<T> r{x[0], x[1], x[2], x[3], x[4], x[5]};
-    car.read(&r, 1, &at, params);
+    car.read(&r, 1, &at, car_params);
     return {r.x, r.y, r.yaw, r.vx, r.vy, r.omega};
   }
   /// Moves a state that reads as `reads` towards one that reads as `shown`. Turned axes leave nothing to a next pass,

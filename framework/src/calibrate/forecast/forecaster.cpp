@@ -100,7 +100,7 @@ constexpr std::array<ForecastParameterInfo, forecast_parameter_count> infos = {{
 
 }  // namespace
 
-std::span<const ForecastParameterInfo> forecast_parameters() { return infos; }
+std::span<const ForecastParameterInfo> forecast_parameter_infos() { return infos; }
 
 Forecaster::Forecaster(const StagedCar& car, ForecastOptions options)
     : car_params_(car.params().size()),

@@ -48,7 +48,7 @@ struct ForecastParameterInfo {
   double sigma;  // how well it is known before any log is read
   bool log;      // sigma is relative
 };
-std::span<const ForecastParameterInfo> forecast_parameters();
+std::span<const ForecastParameterInfo> forecast_parameter_infos();
 
 struct ForecastOptions {
   double step = 0.04;        // [s] of the integration

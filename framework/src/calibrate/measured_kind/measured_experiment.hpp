@@ -18,6 +18,7 @@
 
 #include "calibrate/fit/fit.hpp"
 #include "experiment/claims.hpp"
+#include "plugin/registry.hpp"
 
 namespace gripline::calibrate {
 

@@ -6,7 +6,7 @@
 
 #include "diagnose/inference/newton_step.hpp"
 #include "diagnose/inference/noise_scoring.hpp"
-#include "measured/log/noise.hpp"
+#include "measured/log/log_noise.hpp"
 
 namespace gripline::diagnose {
 namespace {

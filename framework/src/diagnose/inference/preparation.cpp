@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "measured/log/noise.hpp"
+#include "measured/log/log_noise.hpp"
 #include "measured/log/rounding.hpp"
 #include "measured/replay/replay.hpp"
 #include "util/numbers.hpp"

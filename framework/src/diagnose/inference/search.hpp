@@ -23,9 +23,9 @@ struct SearchResult {
   /// Even the largest model allowed needs another effect: what is missing is not in the catalogue.
   bool exhausted = false;
   /// Candidates left out because another does exactly the same: (kept, left out).
-  std::map<std::size_t, std::vector<std::size_t>> synonyms;
+  std::map<std::size_t, std::vector<std::size_t>> synonyms = {};
   /// Models of at most one effect along the first reference, by members; empty when that was the last.
-  std::map<std::vector<std::size_t>, Fit> first_reference;
+  std::map<std::vector<std::size_t>, Fit> first_reference = {};
 
   /// The fit with one effect alone; null when that was not tried.
   const Fit* alone(std::size_t candidate) const;

@@ -1,6 +1,7 @@
 #include "diagnose/real_logs/cornering.hpp"
 
 #include "calibrate/fit/handling.hpp"
+#include "car/vehicle.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 
 namespace gripline::diagnose {

@@ -7,6 +7,7 @@
 
 #include "calibrate/effects/start_of_fit.hpp"
 #include "calibrate/effects/yaw_limit.hpp"
+#include "calibrate/forecast/forecaster.hpp"
 #include "config/errors.hpp"
 
 namespace gripline::diagnose {

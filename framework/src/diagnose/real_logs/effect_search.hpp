@@ -12,6 +12,7 @@
 #include "diagnose/real_logs/held_out_comparison.hpp"
 #include "diagnose/real_logs/missing_effects.hpp"
 #include "measured/estimates/yaw_rate_offset.hpp"
+#include "world/world_spec.hpp"
 
 namespace gripline::diagnose {
 

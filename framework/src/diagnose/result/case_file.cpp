@@ -90,4 +90,14 @@ CaseFile read_case(const fs::path& file) {
   return out;
 }
 
+void check_excluded(const CaseOptions& options, const Catalogue& catalogue) {
+  for (const std::string& id : options.exclude) {
+    if (catalogue.find(id) != catalogue.candidates().size()) continue;
+    std::vector<std::string> known;
+    for (const Candidate& c : catalogue.candidates()) known.push_back(c.id);
+    throw InputError("\"exclude\" names \"" + id + "\", which is no effect that could be found" +
+                     did_you_mean(id, known));
+  }
+}
+
 }  // namespace gripline::diagnose

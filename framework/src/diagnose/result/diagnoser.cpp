@@ -128,8 +128,8 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   }
   set_parameters(catalogue_, d);
   at(7, "measuring the gap");
-  judge_by_predictions(hold_out, problem_, delays_taken_off_, found, d);
-  add_predictions(hold_out, found, d.ranking);
+  judge_by_predictions(found, hold_out, {.delays_taken_off = delays_taken_off_}, d);
+  add_predictions(found, hold_out, d.ranking);
   report_noise(problem_, d.fit.noise, d.health);
   report_straight_commands(problem_, held_out, d.health);
   allow_for_wrong_channel(prepared.expected_noise, d);

@@ -13,12 +13,12 @@ namespace {
 /// One diagnosis and what it is judged with.
 class Judge {
  public:
-  Judge(const HoldOut& hold_out, const Problem& problem, bool delays_taken_off, SearchResult& found, Diagnosis& d)
-      : hold_out_(hold_out),
-        problem_(problem),
-        catalogue_(*problem.catalogue),
-        delays_taken_off_(delays_taken_off),
-        found_(found),
+  Judge(SearchResult& found, const HoldOut& hold_out, const JudgementOptions& options, Diagnosis& d)
+      : found_(found),
+        problem_(found.pool.problem()),
+        catalogue_(*problem_.catalogue),
+        hold_out_(hold_out),
+        options_(options),
         d_(d) {}
 
   void run() {
@@ -38,11 +38,11 @@ class Judge {
   bool stands() const;
   void withdraw();
 
-  const HoldOut& hold_out_;
-  const Problem& problem_;
-  const Catalogue& catalogue_;
-  const bool delays_taken_off_;
   SearchResult& found_;
+  const Problem& problem_;  // as the search left it: what the pool fits is along its references
+  const Catalogue& catalogue_;
+  const HoldOut& hold_out_;
+  const JudgementOptions options_;
   Diagnosis& d_;
 };
 
@@ -71,7 +71,7 @@ void Judge::drop_harmful() {
     d_.verdict = Verdict::unknown;
     d_.equivalent.clear();
     d_.manoeuvre.clear();
-    d_.tests = residual_tests(found_.pool.problem(), d_.fit);
+    d_.tests = residual_tests(problem_, d_.fit);
     d_.unknown = strongest(d_.tests);
     for (NamedEffect& n : d_.named) n.confidence = std::min(n.confidence, thresholds::most_beside_unknown);
     set_parameters(catalogue_, d_);
@@ -85,12 +85,12 @@ void Judge::drop_harmful() {
 bool Judge::closes() const {
   if (d_.named.empty()) return true;
   const bool noisy = has_strong_process_noise(problem_, d_.fit.noise) || problem_.command != UnknownCommands{};
-  const Closing answer = hold_out_.empty()
-                             ? Closing::ask_fitted
-                             : closing(d_.gap, d_.fit.evidence - d_.null_model.evidence, noisy || delays_taken_off_);
+  const Closing answer =
+      hold_out_.empty() ? Closing::ask_fitted
+                        : closing(d_.gap, d_.fit.evidence - d_.null_model.evidence, noisy || options_.delays_taken_off);
   if (answer != Closing::ask_fitted) return answer == Closing::closes;
   // What delays that were taken off are wrong by shows in all data alike, as a small effect.
-  if (delays_taken_off_ && !hold_out_.empty()) return false;
+  if (options_.delays_taken_off && !hold_out_.empty()) return false;
   return closes_fitted(compare(hold_out_.predict_training(d_.fit), hold_out_.predict_training(d_.null_model)), noisy);
 }
 
@@ -116,7 +116,7 @@ bool Judge::stands() const {
 void Judge::withdraw() {
   const bool was_known = d_.verdict == Verdict::named || d_.verdict == Verdict::indistinguishable;
   if (was_known && !closes()) {
-    d_.tests = residual_tests(found_.pool.problem(), found_.null_model);
+    d_.tests = residual_tests(problem_, found_.null_model);
     if (!(strongest(d_.tests).statistic > thresholds::misfit)) d_.verdict = Verdict::nothing_missing;
   }
   if (d_.verdict != Verdict::nothing_missing) {
@@ -140,9 +140,8 @@ void Judge::withdraw() {
 
 }  // namespace
 
-void judge_by_predictions(const HoldOut& hold_out, const Problem& problem, bool delays_taken_off, SearchResult& found,
-                          Diagnosis& d) {
-  Judge(hold_out, problem, delays_taken_off, found, d).run();
+void judge_by_predictions(SearchResult& found, const HoldOut& hold_out, const JudgementOptions& options, Diagnosis& d) {
+  Judge(found, hold_out, options, d).run();
 }
 
 }  // namespace gripline::diagnose

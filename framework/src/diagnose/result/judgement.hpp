@@ -8,10 +8,13 @@
 
 namespace gripline::diagnose {
 
-/// `d`: as conclude() left it, its fit refined along the references of `problem` and its parameters set. Measures the
-/// gap and what each named effect does to it; whatever else `d` says is changed where that contradicts it.
-/// `delays_taken_off`: whether the logs were put on time. Models without single effects are fitted in the search's pool.
-void judge_by_predictions(const HoldOut& hold_out, const Problem& problem, bool delays_taken_off, SearchResult& found,
-                          Diagnosis& d);
+struct JudgementOptions {
+  bool delays_taken_off = false;  // whether the logs were put on time; such delays are not known exactly
+};
+
+/// `d`: as conclude() left it, its fit refined along references of its own and its parameters set. Measures the gap and
+/// what each named effect does to it; whatever else `d` says is changed where that contradicts it. Models without
+/// single effects are fitted in the search's pool, and tested for what they leave along its references.
+void judge_by_predictions(SearchResult& found, const HoldOut& hold_out, const JudgementOptions& options, Diagnosis& d);
 
 }  // namespace gripline::diagnose

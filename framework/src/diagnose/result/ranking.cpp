@@ -20,7 +20,7 @@ std::vector<RankedEffect> ranking_by_evidence(SearchResult& found, const Rivals&
   return ranking;
 }
 
-void add_predictions(const HoldOut& hold_out, const SearchResult& found, std::vector<RankedEffect>& ranking) {
+void add_predictions(const SearchResult& found, const HoldOut& hold_out, std::vector<RankedEffect>& ranking) {
   const Catalogue& catalogue = *found.pool.problem().catalogue;
   const StartErrors without = hold_out.predict_refitted(found.null_model);
   for (RankedEffect& row : ranking) {

@@ -13,6 +13,6 @@ std::vector<RankedEffect> ranking_by_evidence(SearchResult& found, const Rivals&
 
 /// Adds what each one that was tried does to predictions, refitted without the data held out: a refit of each. Those
 /// that raise the error go behind all others.
-void add_predictions(const HoldOut& hold_out, const SearchResult& found, std::vector<RankedEffect>& ranking);
+void add_predictions(const SearchResult& found, const HoldOut& hold_out, std::vector<RankedEffect>& ranking);
 
 }  // namespace gripline::diagnose

@@ -26,14 +26,4 @@ std::vector<Nuisance> uncertain_parameters(const CaseOptions& options, const Cat
   return uncertain;
 }
 
-void check_excluded(const CaseOptions& options, const Catalogue& catalogue) {
-  for (const std::string& id : options.exclude) {
-    if (catalogue.find(id) != catalogue.candidates().size()) continue;
-    std::vector<std::string> known;
-    for (const Candidate& c : catalogue.candidates()) known.push_back(c.id);
-    throw InputError("\"exclude\" names \"" + id + "\", which is no effect that could be found" +
-                     did_you_mean(id, known));
-  }
-}
-
 }  // namespace gripline::diagnose

@@ -1,5 +1,4 @@
-// What a case says of the nominal model and of effects, checked against what there is: parameters that are not known
-// exactly, effects that must not be named.
+// Parameters of the nominal model that are not known exactly, as a case says, checked against those that it has.
 #pragma once
 
 #include <vector>
@@ -10,11 +9,8 @@
 namespace gripline::diagnose {
 
 /// Parameters of the nominal model with their standard deviations, in their own units: those of options.uncertainty, or
-/// where it is empty those of options.guessed that the model has. Parameters without a deviation are left out. Throws
-/// InputError for a stated one that the model has not.
+/// where it is empty those of options.guessed that the model has. A `Nuisance` is an uncertain parameter, as fits call
+/// it. Parameters without a deviation are left out. Throws InputError for a stated one that the model has not.
 std::vector<Nuisance> uncertain_parameters(const CaseOptions& options, const Catalogue& catalogue);
-
-/// Throws InputError, with the nearest id, where options.exclude has one that is no candidate.
-void check_excluded(const CaseOptions& options, const Catalogue& catalogue);
 
 }  // namespace gripline::diagnose

@@ -5,12 +5,14 @@
 #include <memory>
 
 #include "config/json_file.hpp"
+#include "diagnose/inference/problem.hpp"
 #include "diagnose/result/case_file.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
 #include "diagnose/scoring/answer.hpp"
 #include "measured/replay/rollout.hpp"
 #include "util/clock.hpp"
 #include "util/numbers.hpp"
+#include "world/world_spec.hpp"
 
 namespace gripline::diagnose {
 namespace {

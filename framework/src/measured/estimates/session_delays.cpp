@@ -399,4 +399,9 @@ std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const
   return delays;
 }
 
+std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const SessionFile& file) {
+  const bool search = std::ranges::any_of(map.channel, [](const auto& c) { return c && !c->delay; });
+  return stated_or_found_delays(map, search ? pairwise_delays_of_file(file) : std::vector<PairDelay>{});
+}
+
 }  // namespace gripline::measured

@@ -1,6 +1,7 @@
 // How late the channels of a session are. Two quantities: by pair, how much later one channel shows what another shows
-// too (`PairDelay`); and by group, how late the channels of one clock are on the log's own (`delay_groups`), which
-// follows from the pairs for what the map does not state.
+// too (`PairDelay`); and by group, how late the channels of one clock are on the log's own clock (`delay_groups`),
+// which follows from the pairs for what the map does not state. A fit starts its search for delays by group there
+// (calibrate/fit), `import` takes them off; diagnose/inference/channel_delays decides which of the pairs are sure.
 #pragma once
 
 #include <array>
@@ -26,8 +27,8 @@ struct PairDelay {
 /// does. Only pairs that correlate above 0.5, over three blocks at least in which both were read. Channels that are
 /// read in few of the rows are compared at the pace of the sparsest, linear over gaps of at most 0.25 s.
 std::vector<PairDelay> pairwise_delays(const Session& session);
-/// The same of a log through its map: at its centre of gravity, and without pairs of which one channel was derived from
-/// the other (pose_tells_delay).
+/// The same of a log through its map: at its centre of gravity, and without yaw rate against yaw, or speed against
+/// place, where one of the two was derived from the place (pose_tells_delay).
 std::vector<PairDelay> pairwise_delays_of_file(const SessionFile& file);
 /// Whether a group's channels can be told to be late against the log's pose (velocity against place, yaw rate against
 /// yaw). Not where one of the two was derived from the place: such speeds have its noise, half a step late, and a
@@ -41,5 +42,7 @@ std::optional<PairDelay> displacement_delay(const Session& session, double yaw_i
 /// By group, how late it is on the log's clock [s]: as the map states it, else what was found between pairs, `found`,
 /// added to how late the pose is. A pose of which nothing is stated counts as on time; NaN where nothing tells.
 std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const std::vector<PairDelay>& found);
+/// Likewise of a log through its map, whose pairs are compared only where the map leaves a channel's delay to be found.
+std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const SessionFile& file);
 
 }  // namespace gripline::measured

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "measured/finding.hpp"
 #include "measured/session/session_file.hpp"
 
 namespace gripline::measured {

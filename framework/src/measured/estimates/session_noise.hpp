@@ -1,5 +1,5 @@
 // Noise of sensors, and its colour, from the fourth differences of a session's readings, which a smooth motion hardly
-// touches.
+// touches. Of logs on an even grid: log/log_noise.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,7 @@
 // Open-loop predictions along a log: from measured states, with the recorded commands, compared with what was measured.
 #pragma once
 
+#include "measured/channels.hpp"
 #include "measured/replay/replay.hpp"
 
 namespace gripline::measured {
@@ -38,9 +39,9 @@ struct SquaredErrors {
   /// Root mean square [standard deviations]; 0 without readings.
   double rms() const;
 };
-/// Those of Rollouts::error from number `first` on, a multiple of `channels`, up to before `last`. What was not read
-/// does not count; an error beyond `most_deviation`, or a prediction that is no number, counts as that. `sigma`:
-/// standard deviations by channel, in their units.
+/// Sums errors number `first`, a multiple of `channels`, up to before `last` of Rollouts::error. What was not read does
+/// not count; an error beyond `most_deviation`, or a prediction that is no number, counts as that. `sigma`: standard
+/// deviations by channel, in their units.
 SquaredErrors squared_errors(const Rollouts& rollouts, std::size_t first, std::size_t last, const Channels& sigma);
 /// Root mean square of all errors over standard deviations, over all samples of all starts; 0 without any.
 double rms(const Rollouts& rollouts, const Channels& sigma);

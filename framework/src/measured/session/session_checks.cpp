@@ -48,14 +48,14 @@ Pushing pushing(const std::vector<SessionWindow>& windows, double slowest) {
     throttle.add(w.throttle, v), gain.add(w.gain / w.seconds, v);
   }
   const double a = throttle.value(), b = gain.value(), left = (1.0 - a * a) * (1.0 - b * b);
-  if (!std::isfinite(a + b)) return {all.value(), all.seconds()};  // the speed does not vary
-  return {left > 1e-6 ? (all.value() - a * b) / std::sqrt(left) : NAN, all.seconds()};
+  if (!std::isfinite(a + b)) return {all.value(), seconds_of_windows(all)};  // the speed does not vary
+  return {left > 1e-6 ? (all.value() - a * b) / std::sqrt(left) : NAN, seconds_of_windows(all)};
 }
 
 class Checks {
  public:
   Checks(const SessionFile& file, double v_ref)
-      : s_(at_centre_of_gravity(file)), v_ref_(v_ref), windows_(windows_of(s_)) {}
+      : s_(at_centre_of_gravity(file)), v_ref_(v_ref), windows_(session_windows(s_)) {}
 
   void run(bool derived) const {
     commands();
@@ -213,7 +213,7 @@ class Checks {
     const Correlation found = turning_correlation(windows_, 0.2 * v_ref_);
     if (found.value() < -0.4)
       refuse("the car turns against its steering: delta and curvature correlate at " + significant(found.value()) +
-             " over " + significant(found.seconds()) +
+             " over " + significant(seconds_of_windows(found)) +
              " s of driving; expected a positive one: turn delta's sign (\"sign\": -1), or yaw and y");
   }
 

@@ -166,10 +166,10 @@ void doubt_steering(const Session& s, const std::vector<SessionWindow>& windows,
   for (const auto& c : s.command) angles.push_back(c.delta);
   const bool steers = lower_quantile(angles, 0.99) - lower_quantile(angles, 0.01) > 0.005;  // [rad]
   const Correlation turn = turning_correlation(windows, slowest);
-  if (steers && turn.seconds() >= 20.0 && std::abs(turn.value()) < 0.2)
+  if (steers && seconds_of_windows(turn) >= 20.0 && std::abs(turn.value()) < 0.2)
     out.push_back({Finding::Level::bad, "delta",
                    "and the curvature driven hardly correlate (" + significant(turn.value(), 2) + " over " +
-                       significant(turn.seconds()) + " s)",
+                       significant(seconds_of_windows(turn)) + " s)",
                    "is it the right column?"});
 }
 
@@ -207,7 +207,7 @@ void doubt_side(const Session& s, double slowest, std::vector<Finding>& out) {
 
 std::vector<Finding> doubts_about(const SessionFile& file) {
   const Session s = at_centre_of_gravity(file);
-  const std::vector<SessionWindow> windows = windows_of(s);
+  const std::vector<SessionWindow> windows = session_windows(s);
   const double slowest = 0.2 * typical_speed(s);
   std::vector<Finding> out;
   doubt_steering(s, windows, slowest, out);

@@ -46,7 +46,7 @@ double time_between_places(const Session& s) {
 
 }  // namespace
 
-std::vector<SessionWindow> windows_of(Session s) {
+std::vector<SessionWindow> session_windows(Session s) {
   constexpr double length = 0.5, slowest = 2.5;  // [s]
   // Else channels that are read in few of the rows would hardly be seen at both ends of a window.
   blank_held_places(s);

@@ -19,9 +19,9 @@ struct SessionWindow {
   double throttle = NAN, gain = NAN;                        // mean of d, change of speed between its ends
 };
 
-/// Windows of half a second that overlap by half, up to a second long where rows are sparse; none where rows lie further
-/// apart.
-std::vector<SessionWindow> windows_of(Session session);
+/// Windows of half a second that overlap by half, up to a second long where rows are sparse; none where rows lie
+/// further apart.
+std::vector<SessionWindow> session_windows(Session session);
 
 /// By vx, or where that was not read by place [m/s].
 inline double speed_of(const SessionWindow& w) { return std::isnan(w.speed) ? w.way / w.seconds : w.speed; }
@@ -31,17 +31,19 @@ inline constexpr std::size_t least_of_ratio = 10;  // windows that a ratio of ch
 /// How many times the speed at which the place moves vx is; NaN where they cannot be compared.
 double speed_over_path(const std::vector<SessionWindow>& windows);
 
-/// Correlation of two values over windows, or over rows.
+/// Correlation of pairs of values, of windows or of rows.
 struct Correlation {
   double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
   void add(double x, double y) { n += 1, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y; }
-  /// NaN below twenty windows, or where one of them does not vary.
+  /// NaN below twenty pairs, or where one of the two values does not vary.
   double value() const {
     const double vx = sxx - sx * sx / n, vy = syy - sy * sy / n;
     return n < 20 || !(vx > 1e-10 * n) || !(vy > 0.0) ? NAN : (sxy - sx * sy / n) / std::sqrt(vx * vy);
   }
-  double seconds() const { return 0.25 * n; }  // windows of half a second overlap by half
 };
+/// How much driving a correlation over windows of half a second, which overlap by half, is of [s]; of rows it says
+/// nothing.
+inline double seconds_of_windows(const Correlation& over_windows) { return 0.25 * over_windows.n; }
 
 /// Steering and the curvature that the car drives, where it is faster than `slowest` [m/s].
 Correlation turning_correlation(const std::vector<SessionWindow>& windows, double slowest);

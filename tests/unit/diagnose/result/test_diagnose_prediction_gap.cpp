@@ -56,5 +56,33 @@ TEST(PredictionGap, IsWhatTheNominalModelMissesAndTheFoundOneCloses) {
   EXPECT_EQ(d.named_gap.closure, 0.0);
 }
 
+/// Of a car whose parameters are stated wrongly an effect is credited with what it closes beside refitted ones only.
+TEST(PredictionGap, OfANameBeginsWithTheParametersRefitted) {
+  DiagnoseRig rig;
+  rig.trust({"Df"}, 0.05);
+  ModelSpec truth = rig.with("drive_gain", {0.15});
+  truth.nuisance = {0.17};
+  const Problem problem = rig.problem({rig.simulate(truth, {.seconds = 10, .seed = 93})});
+  LogFile other;
+  other.stretches.push_back(rig.simulate(truth, {.seconds = 20, .seed = 94}));
+  const HoldOut hold_out(problem, rig.road(), {&other, 1});
+  const Noise noise = rig.noise(problem, 0.1);
+  Diagnosis d;
+  d.null_model = fit(problem, rig.catalogue().null_model(), noise, 3);
+  d.fit = fit(problem, truth, noise, 3);
+  measure_gap(hold_out, rig.catalogue(), d);
+  const StartErrors stated = hold_out.predict_refitted(nominal_as_stated(rig.catalogue(), d.null_model)),
+                    refitted = hold_out.predict_refitted(d.null_model), found = hold_out.predict_refitted(d.fit);
+  EXPECT_EQ(d.gap.before, stated.rms());
+  EXPECT_EQ(d.named_gap.before, refitted.rms());
+  EXPECT_LT(d.named_gap.before, 0.9 * d.gap.before);
+  EXPECT_EQ(d.gap.after, found.rms());
+  EXPECT_EQ(d.named_gap.after, found.rms());
+  EXPECT_EQ(d.gap.change.change, compare(found, stated).change);
+  EXPECT_EQ(d.named_gap.change.change, compare(found, refitted).change);
+  const double least = std::min(1.0, found.rms());  // what a perfect model leaves
+  EXPECT_DOUBLE_EQ(d.named_gap.closure, (refitted.rms() - found.rms()) / (refitted.rms() - least));
+}
+
 }  // namespace test_diagnose_prediction_gap
 }  // namespace gripline::diagnose

@@ -22,12 +22,12 @@ TEST(Ranking, PredictionsAreOfDataThatWereNotFitted) {
   const Fit null_model = pool.fit_once(catalogue.null_model(), noise);
   const Fit offset = pool.fit_once(rig.with("yawrate_bias", {0.0}), noise);
   EXPECT_GT(offset.theta.front(), 0.03) << "an offset as the whole log has it";
-  const SearchResult found{std::move(pool), null_model, offset, false, {}, {}};
+  const SearchResult found{.pool = std::move(pool), .null_model = null_model, .best = offset};
   const HoldOut hold_out(problem, rig.road(), {});
   std::vector<RankedEffect> ranking(2);
   ranking[0].effect = "yawrate_bias";
   ranking[1].effect = "aero_drag";
-  add_predictions(hold_out, found, ranking);
+  add_predictions(found, hold_out, ranking);
   const auto row = [&](const char* effect) { return *std::ranges::find(ranking, effect, &RankedEffect::effect); };
   constexpr std::array<double, 1> second = {1.0};
   const StartErrors refitted = hold_out.predict_refitted(offset);

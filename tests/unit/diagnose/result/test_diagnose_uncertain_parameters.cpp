@@ -55,16 +55,5 @@ TEST(UncertainParameters, GuessesCountWhereNothingIsStatedAndMayNameOtherThings)
               HasSubstr("nominal_uncertainty names \"tau\""));
 }
 
-TEST(UncertainParameters, WhatIsExcludedIsAnEffectThatCouldBeFound) {
-  const DiagnoseRig rig;
-  CaseOptions options;
-  options.exclude = {"aero_drag"};
-  EXPECT_EQ(refused([&] { check_excluded(options, rig.catalogue()); }), "");
-  options.exclude = {"areo_drag"};
-  const std::string message = refused([&] { check_excluded(options, rig.catalogue()); });
-  EXPECT_THAT(message, HasSubstr("\"exclude\" names \"areo_drag\""));
-  EXPECT_THAT(message, HasSubstr("aero_drag\"?"));
-}
-
 }  // namespace test_diagnose_uncertain_parameters
 }  // namespace gripline::diagnose

@@ -154,6 +154,17 @@ TEST(Delays, OfWhatWasDerivedNoneIsTold) {
   for (std::size_t g = 0; g < delay_groups; ++g) EXPECT_EQ(pose_tells_delay(file, g), g < 2) << delay_names[g];
 }
 
+TEST(Delays, AreLookedForWhereTheMapLeavesThemOpen) {
+  SessionFile file;
+  file.session =
+      wandering([](double t, std::size_t, auto& row, auto&, auto& rate_at, auto&) { row[5] = rate_at(t - 0.31); });
+  LogMap map;
+  map.channel[Channel::yaw_rate].emplace().delay = 0.1;
+  EXPECT_EQ(stated_or_found_delays(map, file)[3], 0.1);
+  map.channel[Channel::yaw_rate]->delay.reset();
+  EXPECT_NEAR(stated_or_found_delays(map, file)[3], 0.31, 0.01);
+}
+
 TEST(Delays, NothingIsSaidOfWhatDoesNotBelongTogether) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;

@@ -6,7 +6,7 @@
 
 #include "config/errors.hpp"
 #include "measured/log/log_file.hpp"
-#include "measured/log/noise.hpp"
+#include "measured/log/log_noise.hpp"
 #include "measured/session/session_file.hpp"
 #include "support/diagnose_rig.hpp"
 

@@ -1,4 +1,5 @@
-// Noise of sensors from differences of their readings on an even grid, which a smooth motion hardly touches.
+// Noise of sensors from differences of their readings on an even grid, which a smooth motion hardly touches. Of
+// readings in a logger's own rows, with its colour: estimates/session_noise.
 #pragma once
 
 #include <cstddef>

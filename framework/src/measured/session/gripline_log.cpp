@@ -1,10 +1,8 @@
-#include "measured/log/gripline_log.hpp"
+#include "measured/session/gripline_log.hpp"
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 
-#include "measured/estimates/session_delays.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 #include "util/numbers.hpp"
 #include "util/whole_file.hpp"
@@ -23,14 +21,11 @@ void append(std::string& line, double value, int digits) {
 }  // namespace
 
 std::vector<std::string> write_gripline_log(const std::filesystem::path& file, const SessionFile& from,
-                                            const LogMap& map) {
+                                            std::array<double, delay_groups> delays) {
   constexpr std::array<int, channels> digits = {6, 6, 7, 6, 6, 7};
   const Session& s = from.session;
   std::vector<std::string> done;
   constexpr double least = 1e-3;  // [s] shorter delays are none
-  const bool search = std::any_of(map.channel.begin(), map.channel.end(), [](const auto& c) { return c && !c->delay; });
-  std::array<double, delay_groups> delays =
-      stated_or_found_delays(map, search ? pairwise_delays_of_file(from) : std::vector<PairDelay>{});
   for (std::size_t g = 0; g < delay_groups; ++g) {
     if (std::isnan(delays[g])) {
       done.push_back(std::string(delay_names[g]) + ": no delay could be found; none is taken off");

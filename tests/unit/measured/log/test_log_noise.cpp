@@ -1,4 +1,4 @@
-#include "measured/log/noise.hpp"
+#include "measured/log/log_noise.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,11 +7,11 @@
 #include "support/noisy_channel.hpp"
 
 namespace gripline::measured {
-namespace test_noise {
+namespace test_log_noise {
 
 using namespace test::noisy_channel;
 
-TEST(Noise, WhiteNoiseOnAnEvenGridIsFoundAgain) {
+TEST(LogNoise, WhiteNoiseOnAnEvenGridIsFoundAgain) {
   Log log;
   log.dt = sample_time;
   log.reading = noisy(0.0);
@@ -22,7 +22,7 @@ TEST(Noise, WhiteNoiseOnAnEvenGridIsFoundAgain) {
 }
 
 /// Every second or third sample, two of five, four of five; and a channel that stops and goes on.
-TEST(Noise, WhiteNoiseIsFoundInReadingsSomeSamplesApart) {
+TEST(LogNoise, WhiteNoiseIsFoundInReadingsSomeSamplesApart) {
   const auto found = [](auto in) {
     Log log;
     log.dt = sample_time;
@@ -40,5 +40,5 @@ TEST(Noise, WhiteNoiseIsFoundInReadingsSomeSamplesApart) {
   EXPECT_TRUE(std::isnan(found([](std::size_t k) { return k % 2000 == 0; }))) << "three readings";
 }
 
-}  // namespace test_noise
+}  // namespace test_log_noise
 }  // namespace gripline::measured

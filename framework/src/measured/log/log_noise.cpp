@@ -1,4 +1,4 @@
-#include "measured/log/noise.hpp"
+#include "measured/log/log_noise.hpp"
 
 #include <cmath>
 #include <vector>

@@ -1,6 +1,7 @@
 // A session as a log in gripline's own columns: SI units, centre of gravity, one clock.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -10,10 +11,10 @@
 namespace gripline::measured {
 
 /// Writes t_s and those of x_m, y_m, yaw_rad, vx_mps, vy_mps, yaw_rate_radps, d, delta_rad that the session has, a row
-/// for each of its rows. Delays of the map, or those found where it says "find", are removed (a channel is read at the
-/// row's time plus its delay), and so are the map's frames: the columns are those of the centre of gravity. Returns
-/// what was done, one sentence each.
+/// for each of its rows. Delays are removed (a channel is read at the row's time plus its delay), and so are the map's
+/// frames: the columns are those of the centre of gravity. `delays`: of each group [s], as the map states them or as
+/// they were found; NaN, of which none is taken off, where none could be. Returns what was done, one sentence each.
 std::vector<std::string> write_gripline_log(const std::filesystem::path& file, const SessionFile& session,
-                                            const LogMap& map);
+                                            std::array<double, delay_groups> delays);
 
 }  // namespace gripline::measured

@@ -1,5 +1,4 @@
-#include "measured/log/gripline_log.hpp"
-#include "measured/session/centre_of_gravity.hpp"
+#include "measured/session/gripline_log.hpp"
 
 #include <gtest/gtest.h>
 
@@ -38,15 +37,12 @@ SessionFile without_frames(SessionFile file) {
   return file;
 }
 
-LogMap late_yaw_rate() {
-  LogMap map = gripline_map();
-  map.channel[5]->delay = 0.2;
-  return map;
-}
+using Delays = std::array<double, delay_groups>;
+constexpr Delays on_time{}, late_yaw_rate{0.0, 0.0, 0.0, 0.2};
 
 TEST(GriplineLog, ColumnsAreThoseOfTheCentreOfGravityAtTheRowsTime) {
   const auto out = scratch("own.csv");
-  const auto done = write_gripline_log(out, circling(), late_yaw_rate());
+  const auto done = write_gripline_log(out, circling(), late_yaw_rate);
   EXPECT_EQ(done, std::vector<std::string>{"yaw_rate: 0.2 s taken off"});
   const CsvTable table = read_csv(out, true);
   const auto column = [&](const char* name) { return table.column(name); };
@@ -60,12 +56,21 @@ TEST(GriplineLog, ColumnsAreThoseOfTheCentreOfGravityAtTheRowsTime) {
   }
 }
 
+TEST(GriplineLog, OfADelayThatIsNotKnownNothingIsTakenOff) {
+  const auto out = scratch("own.csv");
+  const auto done = write_gripline_log(out, circling(), Delays{0.0, 0.0005, 0.0, NAN});
+  EXPECT_EQ(done, std::vector<std::string>{"yaw_rate: no delay could be found; none is taken off"});
+  const std::vector<double> rate = read_csv(out, true).column("yaw_rate_radps");
+  for (std::size_t i = 0; i < 390; i += 13)
+    EXPECT_NEAR(rate[i], 0.5 + 0.01 * (0.05 * static_cast<double>(i) - 0.2), 1e-6) << i;
+}
+
 TEST(GriplineLog, WhatTheSessionLacksIsNoColumn) {
   SessionFile file = circling();
   file.has_throttle = false;
   file.session.has[4] = false;
   const auto out = scratch("own.csv");
-  write_gripline_log(out, file, gripline_map());
+  write_gripline_log(out, file, on_time);
   const CsvTable table = read_csv(out, true);
   EXPECT_LT(table.find("vy_mps"), 0);
   EXPECT_LT(table.find("d"), 0);
@@ -78,7 +83,7 @@ TEST(GriplineLog, PlacesWithoutAHeadingInTheirRowAreKept) {
   for (std::size_t i = 0; i < file.session.rows(); ++i)
     if (i % 5 != 0) file.session.reading[i * channels + Channel::yaw] = NAN;
   const auto out = scratch("own.csv");
-  write_gripline_log(out, file, gripline_map());
+  write_gripline_log(out, file, on_time);
   CsvTable written = read_csv(out, true);
   const auto column = [&](const char* name) { return written.column(name); };
   for (std::size_t i = 0; i < file.session.rows(); ++i) {
@@ -86,7 +91,7 @@ TEST(GriplineLog, PlacesWithoutAHeadingInTheirRowAreKept) {
     EXPECT_EQ(std::isnan(column("yaw_rad")[i]), i % 5 != 0) << i;
   }
   file.pose = circling().pose;
-  write_gripline_log(out, file, late_yaw_rate());
+  write_gripline_log(out, file, late_yaw_rate);
   written = read_csv(out, true);
   for (std::size_t i = 0; i <= 395; ++i) {
     EXPECT_NEAR(column("x_m")[i], 20 * std::sin(0.025 * static_cast<double>(i)), 1e-5) << i;
@@ -100,10 +105,8 @@ TEST(GriplineLog, ADelayTakenOffLeavesAsManyReadings) {
   SessionFile file = circling();
   for (std::size_t i = 0; i < file.session.rows(); ++i)
     if (i % 4 != 0) file.session.reading[i * channels + Channel::yaw_rate] = NAN;
-  LogMap map = late_yaw_rate();
-  map.channel[Channel::yaw_rate]->delay = 0.17;
   const auto out = scratch("own.csv");
-  write_gripline_log(out, file, map);
+  write_gripline_log(out, file, Delays{0.0, 0.0, 0.0, 0.17});
   const std::vector<double> rate = read_csv(out, true).column("yaw_rate_radps");
   std::size_t read = 0;
   for (std::size_t i = 0; i < 390; ++i) {
