@@ -85,9 +85,12 @@ class JoinPath {
   // Shares of the friction: for the bends of a gentle way, and of one back from beside the road; for the bends that
   // speeds are for, beside what the line itself needs; to slow down for them.
   static constexpr double gentle_share = 0.3, back_share = 0.6, bend_share = 0.6, brake_share = 0.6;
-  static constexpr double kept_share = 0.55;     // of the room beyond the car: one that goes far out returns late
-  static constexpr double hard_cost = 1e3;       // of leaving the road or steering beyond full lock, over the others
-  static constexpr double lock_share = 0.9;      // of full lock, for the sharpest way
+  static constexpr double kept_share = 0.55;  // of the room beyond the car: one that goes far out returns late
+  static constexpr double hard_cost = 1e3;    // of leaving the road or steering beyond full lock, over the others
+  static constexpr double lock_share = 0.9;   // of full lock, for the sharpest way
+  // Of its speed, what a car keeps on a way outwards that lacks something, but no less than this share of slow_: while it
+  // slows down, its wheels turn.
+  static constexpr double outwards_share = 0.7, crawl_share = 0.25;
   static constexpr double least_stretch = 0.2;   // of a way on the inside of a turn
   static constexpr double far_angle = 0.5;       // [rad]
   static constexpr double steepest_angle = 1.0;  // of the path against the line [rad]
@@ -129,7 +132,8 @@ class JoinPath {
       least = cost;
       way_ = way;
     }
-    set_speeds(road);
+    const double slower = std::max(outwards_share * v, crawl_share * slow_);
+    set_speeds(road, least > 0.0 ? slower : std::numeric_limits<double>::infinity());
     active_ = true;
   }
   /// Metres from the begin of the way to a place that it is weighed at. They lie closer near the car, where sharp ways,
@@ -170,15 +174,17 @@ class JoinPath {
     }
     return sum;
   }
-  /// Speeds along the way that friction allows in its bends, and from which the car can brake to those further ahead.
-  void set_speeds(const Road& road) {
+  /// Speeds along the way that friction allows in its bends, and from which the car can brake to those further ahead;
+  /// `outwards` at most where the way leads away from the line.
+  void set_speeds(const Road& road, double outwards) {
     double after = std::numeric_limits<double>::infinity();
     for (std::size_t i = road.size(); i-- > 0;) {
       const JoinWay::Offset o = way_.at(place(i));
       const double in_bend = bend_share * friction_ * (1.0 + square(o.slope)) / std::max(std::abs(o.bend), 1e-9);
       const double in_all = road[i].most / std::max(std::abs(curvature(o, road[i].kappa)), 1e-9);
       const double stretch = i + 1 < road.size() ? place(i + 1) - place(i) : 0.0;
-      after = square_speed_[i] = std::min({in_bend, in_all, after + 2.0 * brake_share * friction_ * stretch});
+      const double most = o.n * o.slope > 0.0 ? square(outwards) : std::numeric_limits<double>::infinity();
+      after = square_speed_[i] = std::min({in_bend, in_all, most, after + 2.0 * brake_share * friction_ * stretch});
     }
   }
   /// Metres along the way per metre of a line of this curvature, leaving out the slope.

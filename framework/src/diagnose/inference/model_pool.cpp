@@ -74,8 +74,8 @@ void ModelPool::restart(const Road& road, const Fit& fitted, const MeasuredNoise
   work_ = 0.0;
 }
 
-void ModelPool::restart(const Road& road, const Fit& fitted, bool commands_held) {
-  problem_.hold_commands(commands_held);
+void ModelPool::restart(const Road& road, const Fit& fitted, const measured::CommandHold& hold) {
+  problem_.hold_commands(hold);
   problem_.rough_road = false;
   restart(road, fitted);
   last_ = false;

@@ -40,7 +40,7 @@ class ModelPool {
   void restart(const Road& road, const Fit& fitted, const MeasuredNoise& noise);
   /// Likewise for commands that are held between samples, or no longer so: taken wrongly, they can make a road look
   /// rough.
-  void restart(const Road& road, const Fit& fitted, bool commands_held);
+  void restart(const Road& road, const Fit& fitted, const measured::CommandHold& hold);
 
  private:
   Problem problem_;

@@ -40,6 +40,14 @@ bool may_leave_out_commands(ModelPool& pool, const Fit& null_model, const Fit& b
   return asks(&best) || std::ranges::any_of(smaller_than_best(pool, null_model, best), asks);
 }
 
+/// What commands may do between samples other than what is assumed.
+std::vector<measured::CommandHold> other_holds(const Problem& problem) {
+  std::vector<measured::CommandHold> all{{}, {.until_next = true}};
+  if (problem.hold_time > 0.0) all.push_back(measured::held_for(problem.hold_time, problem.traces.front().log.dt));
+  std::erase(all, problem.hold);
+  return all;
+}
+
 /// The noise measured with a model from what is assumed and, where that may be an offset taken for noise, from white
 /// sensors: the likelihood can have a maximum on either side.
 MeasuredNoise measure_from_both_sides(const Problem& problem, const Fit& fitted, NoiseEstimateOptions unknowns) {
@@ -55,8 +63,6 @@ MeasuredNoise measure_from_both_sides(const Problem& problem, const Fit& fitted,
 }  // namespace
 
 const Fit* hold_commands_anew(ModelPool& pool, const Road& road, const Fit& null_model, const Fit& found) {
-  Problem other = pool.problem();  // parameters cost the same in it, so that evidences compare
-  other.hold_commands(!other.commands_held);
   std::vector<const Fit*> asked{&null_model};
   if (&found != &null_model) asked.push_back(&found);
   for (const std::size_t member : found.model.members)
@@ -64,16 +70,24 @@ const Fit* hold_commands_anew(ModelPool& pool, const Road& road, const Fit& null
       asked.push_back(&pool.fit_once(pool.problem().catalogue->without(found.model, member), found.noise));
   Fit best;
   best.evidence = -INFINITY;
-  for (const Fit* one : asked) {
-    const double enough = one == &found ? found.evidence + thresholds::noise_gain : found.evidence;
-    Fit there = fit(other, one->model, one->noise, thresholds::rough_iterations, {thresholds::rough_tolerance, enough});
-    if (there.evidence > enough - unfinished_margin(enough, null_model.evidence))
-      there = continue_fit(other, there, thresholds::finish_iterations, {thresholds::rough_tolerance});
-    if (there.evidence > std::max(enough, best.evidence)) best = std::move(there);
+  measured::CommandHold hold;
+  for (const measured::CommandHold& how : other_holds(pool.problem())) {
+    Problem other = pool.problem();  // parameters cost the same in it, so that evidences compare
+    other.hold_commands(how);
+    for (const Fit* one : asked) {
+      const double enough = one == &found ? found.evidence + thresholds::noise_gain : found.evidence;
+      Fit there =
+          fit(other, one->model, one->noise, thresholds::rough_iterations, {thresholds::rough_tolerance, enough});
+      if (there.evidence > enough - unfinished_margin(enough, null_model.evidence))
+        there = continue_fit(other, there, thresholds::finish_iterations, {thresholds::rough_tolerance});
+      if (!(there.evidence > std::max(enough, best.evidence))) continue;
+      best = std::move(there);
+      hold = how;
+    }
   }
   if (best.evidence == -INFINITY) return nullptr;
   const ModelSpec nothing = null_model.model;
-  pool.restart(road, best, other.commands_held);
+  pool.restart(road, best, hold);
   return &pool.fit_once(nothing, best.noise);
 }
 

@@ -35,13 +35,13 @@ double Problem::seconds() const {
   return sum;
 }
 
-void Problem::hold_commands(bool until_the_next) {
-  commands_held = until_the_next;
+void Problem::hold_commands(const measured::CommandHold& how) {
+  hold = how;
   command = {};
   bend = {};
   for (Trace& trace : traces) {
+    measured::hold_commands(trace.log, hold);
     trace.bend_commands(bend);
-    trace.log.commands_held = commands_held;
   }
 }
 

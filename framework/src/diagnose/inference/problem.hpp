@@ -20,8 +20,9 @@ struct Problem {
   double noise_time = usual_noise_time;             // correlation time of unknown accelerations [s]
   UnknownCommands command;                          // between samples, see Noise::command
   Commands bend{};                                  // of the commands of all traces, see measured::bend_commands
-  bool commands_held = false;                       // whether commands are held between samples, see Log::commands_held
-  Commands command_step{};                          // to which commands were rounded, where that counts; 0: not
+  measured::CommandHold hold;                       // what commands do between samples, of all traces
+  double hold_time = 0.0;   // [s] for which the world holds each command, where the log left some of them out; else 0
+  Commands command_step{};  // to which commands were rounded, where that counts; 0: not
   bool unrounded = false;   // whether the traces' commands are the expected ones, see measured::unround_commands
   std::size_t rows = 0;     // readings of all traces
   bool rough_road = false;  // whether independent accelerations count as data, see penalty_per_parameter()
@@ -41,8 +42,8 @@ struct Problem {
   bool is_read(std::size_t channel) const;
   /// Duration of all traces together [s].
   double seconds() const;
-  /// Sets `commands_held` and, of all traces, Log::commands_held; nothing is bent or unknown of the commands then.
-  void hold_commands(bool until_the_next);
+  /// Sets `hold` of this and of all traces; nothing is bent or unknown of the commands then.
+  void hold_commands(const measured::CommandHold& how);
   /// Takes commands as rounded by the recorder: sets `unrounded`.
   void unround_commands();
 };

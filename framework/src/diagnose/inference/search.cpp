@@ -278,7 +278,9 @@ SearchResult Searcher::run() {
   };
   report(1);
   grow();
-  if (go_on_from(hold_commands_anew(pool_, road_, *null_model_, *best_))) grow();
+  // What was found is another thing once commands are held otherwise: asked again, but not for ever.
+  constexpr int most_holds = 3;
+  for (int i = 0; i < most_holds && go_on_from(hold_commands_anew(pool_, road_, *null_model_, *best_)); ++i) grow();
   report(2);
   const auto measured_anew = [&] { return go_on_from(measure_noise_anew(pool_, road_, *null_model_, *best_)); };
   if (measured_anew()) {

@@ -7,6 +7,47 @@
 
 namespace gripline::measured {
 
+namespace {
+
+/// Second difference of the commands at a sample; none at the ends.
+Commands second_difference(const Log& log, std::size_t k) {
+  if (k == 0 || k + 1 >= log.size()) return {};
+  const CommandSample<double>&a = log.command[k - 1], &b = log.command[k], &c = log.command[k + 1];
+  return {a.d - 2.0 * b.d + c.d, a.delta - 2.0 * b.delta + c.delta};
+}
+
+/// Sets `fine`: half-way between samples commands are off the straight line by `bend` times the mean of the second
+/// differences at both ends.
+void interpolate_half_way(Log& log, const Commands& bend) {
+  if (log.size() < 2) return;
+  for (std::size_t k = 0; k + 1 < log.size(); ++k) {
+    const Commands here = second_difference(log, k), next = second_difference(log, k + 1);
+    const CommandSample<double>&a = log.command[k], &b = log.command[k + 1];
+    log.fine.push_back(a);
+    log.fine.push_back({0.5 * (a.d + b.d) + 0.5 * bend[0] * (here[0] + next[0]),
+                        0.5 * (a.delta + b.delta) + 0.5 * bend[1] * (here[1] + next[1])});
+  }
+  log.fine.push_back(log.command.back());
+}
+
+}  // namespace
+
+double CommandHold::seconds(double dt) const { return until_next ? dt : halves ? 0.5 * dt : 2.0 * lag * dt; }
+
+CommandHold held_for(double seconds, double dt) {
+  constexpr double about = 0.75, exact = 0.01;  // of a sample
+  if (seconds > about * dt) return {.until_next = true};
+  if (std::abs(seconds - 0.5 * dt) < exact * dt) return {.halves = true};
+  return {.lag = 0.5 * seconds / dt};
+}
+
+void hold_commands(Log& log, const CommandHold& hold) {
+  log.commands_held = hold.until_next || hold.halves;
+  log.command_lag = hold.lag;
+  log.fine.clear();
+  if (hold.halves) interpolate_half_way(log, {});
+}
+
 std::vector<std::size_t> samples_with(const Log& log, std::size_t channel) {
   std::vector<std::size_t> at;
   for (std::size_t k = 0; k < log.size(); ++k)
@@ -24,11 +65,19 @@ bool same_commands(std::span<const CommandSample<double>> a, std::span<const Com
 
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share) {
   if (log.commands_held) {
-    const CommandSample<double>&now = log.command[k], &before = log.command[k > 0 ? k - 1 : 0];
-    return {now.d, now.delta, (now.delta - before.delta) / log.dt};
+    const bool halves = !log.fine.empty();
+    const std::vector<CommandSample<double>>& samples = halves ? log.fine : log.command;
+    const std::size_t i = std::min(halves ? 2 * k + (share >= 0.5 ? 1 : 0) : k, samples.size() - 1);
+    const CommandSample<double>&now = samples[i], &before = samples[i > 0 ? i - 1 : 0];
+    return {now.d, now.delta, (now.delta - before.delta) / (halves ? 0.5 * log.dt : log.dt)};
   }
   const std::vector<CommandSample<double>>& samples = log.fine.empty() ? log.command : log.fine;
   double dt = log.dt;
+  share -= log.command_lag;
+  if (share < 0.0) {  // before the first command it is as at the first
+    share = k > 0 ? share + 1.0 : 0.0;
+    k -= k > 0 ? 1 : 0;
+  }
   if (!log.fine.empty()) {
     dt *= 0.5;
     const bool late = share >= 0.5;
@@ -45,7 +94,7 @@ History<double> history_at(const Log& log, double now) {
   const std::vector<CommandSample<double>>& samples = log.fine.empty() ? log.command : log.fine;
   history.samples = samples.data();
   history.count = samples.size();
-  history.t0 = log.t0;
+  history.t0 = log.t0 + log.command_lag * log.dt;
   history.dt = log.fine.empty() ? log.dt : 0.5 * log.dt;
   history.now = now;
   history.hold = log.commands_held ? Hold::zoh : Hold::foh;
@@ -55,8 +104,9 @@ History<double> history_at(const Log& log, double now) {
 ActingCommand<double> command_at_sample(const Log& log, std::size_t k) {
   ActingCommand<double> command = command_at(log, k, 0.0);
   if (!log.commands_held || k == 0) return command;
-  command.d = 0.5 * (command.d + log.command[k - 1].d);
-  command.delta = 0.5 * (command.delta + log.command[k - 1].delta);
+  const CommandSample<double>& before = log.fine.empty() ? log.command[k - 1] : log.fine[2 * k - 1];
+  command.d = 0.5 * (command.d + before.d);
+  command.delta = 0.5 * (command.delta + before.delta);
   return command;
 }
 
@@ -64,32 +114,14 @@ History<double> history_at_sample(const Log& log, double now) {
   History<double> history = history_at(log, now);
   if (!log.commands_held) return history;
   history.hold = Hold::foh;  // from the middle of each step to that of the next
-  history.t0 += 0.5 * log.dt;
+  history.t0 += 0.5 * history.dt;
   return history;
 }
 
-namespace {
-
-/// Second difference of the commands at a sample; none at the ends.
-Commands second_difference(const Log& log, std::size_t k) {
-  if (k == 0 || k + 1 >= log.size()) return {};
-  const CommandSample<double>&a = log.command[k - 1], &b = log.command[k], &c = log.command[k + 1];
-  return {a.d - 2.0 * b.d + c.d, a.delta - 2.0 * b.delta + c.delta};
-}
-
-}  // namespace
-
 void bend_commands(Log& log, const Commands& bend) {
+  const bool halves = log.commands_held && !log.fine.empty();
   log.fine.clear();
-  if (bend == Commands{} || log.size() < 2) return;
-  for (std::size_t k = 0; k + 1 < log.size(); ++k) {
-    const Commands here = second_difference(log, k), next = second_difference(log, k + 1);
-    const CommandSample<double>&a = log.command[k], &b = log.command[k + 1];
-    log.fine.push_back(a);
-    log.fine.push_back({0.5 * (a.d + b.d) + 0.5 * bend[0] * (here[0] + next[0]),
-                        0.5 * (a.delta + b.delta) + 0.5 * bend[1] * (here[1] + next[1])});
-  }
-  log.fine.push_back(log.command.back());
+  if (bend != Commands{} || halves) interpolate_half_way(log, bend);
 }
 
 Commands command_curvature(std::span<const Log> stretches) {

@@ -27,7 +27,8 @@ struct Log {
   std::vector<double> reading;  // n x 6
   std::vector<CommandSample<double>> command;
   std::vector<CommandSample<double>> fine;  // 2 size() - 1 commands half a sample apart; empty: `command` says all
-  bool commands_held = false;               // each command acts until the next; `fine` is empty then
+  bool commands_held = false;               // each command, or `fine` one, acts until the next
+  double command_lag = 0.0;                 // linear commands act so much of a sample late, less than 1
   std::vector<bool> interpolated;  // samples without a recorded command, filled in from their neighbours; empty: none
   std::vector<RoundingError> rounding_error;  // by sample, where commands are expected values of rounded ones; or empty
   /// Whether a command of the step after sample k was not recorded.
@@ -36,6 +37,22 @@ struct Log {
   }
   std::size_t size() const { return command.size(); }
 };
+
+/// What commands do between samples: move linearly where nothing else is said.
+struct CommandHold {
+  bool until_next = false;  // each is held until the next
+  bool halves = false;      // so are those half-way, which the log left out: they are interpolated (bend_commands)
+  double lag = 0.0;         // linear ones act so much of a sample late, see Log::command_lag
+  /// For how long each command is held in a log with samples dt apart; 0 for linear ones [s].
+  double seconds(double dt) const;
+  bool operator==(const CommandHold&) const = default;
+};
+/// Commands that are each held for so long [s], in a log with samples dt [s] apart. Of those held for a part of dt the
+/// log has left some out. Where it is every second one it is taken to be between its neighbours; more act, in the mean,
+/// as linear ones do, late by half the time for which each was held.
+CommandHold held_for(double seconds, double dt);
+/// Of held halves, `fine` becomes the commands without a bend.
+void hold_commands(Log& log, const CommandHold& hold);
 
 /// Samples in which a channel was read.
 std::vector<std::size_t> samples_with(const Log& log, std::size_t channel);
@@ -53,7 +70,7 @@ History<double> history_at(const Log& log, double now);
 ActingCommand<double> command_at_sample(const Log& log, std::size_t k);
 History<double> history_at_sample(const Log& log, double now);
 
-/// Makes the commands curved between samples: half-way they are off the straight line by `bend` times the mean of the
+/// Makes the commands curved between samples (of held halves, moves what was left out): half-way they are off the straight line by `bend` times the mean of the
 /// second differences at both ends. -1/8 is a parabola through the samples, 0 the straight line.
 void bend_commands(Log& log, const Commands& bend);
 /// Root mean squares of the commands' second differences: how far they may have been off straight lines.

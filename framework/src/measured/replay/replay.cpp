@@ -22,14 +22,17 @@ std::vector<double> step_knots(const StagedCar& car, const Log& log, int substep
     kink -= std::floor(kink);
     if (kink > 1e-6 && kink < 1.0 - 1e-6) corners.push_back(kink);
   };
-  const double delay = car.look_back() / log.dt;
-  add_kink(delay);
+  const double delay = car.look_back() / log.dt, lag = log.command_lag;
+  add_kink(lag);
+  add_kink(delay + lag);
   if (!log.fine.empty()) {
-    add_kink(0.5);
-    if (delay > 0.0) add_kink(delay + 0.5);
-    std::sort(corners.begin(), corners.end());
+    add_kink(lag + 0.5);
+    if (delay > 0.0) add_kink(delay + lag + 0.5);
   }
   corners.push_back(1.0);
+  std::sort(corners.begin(), corners.end());
+  const auto same = [](double a, double b) { return b - a < 1e-9; };
+  corners.erase(std::unique(corners.begin(), corners.end(), same), corners.end());
   std::vector<double> knots{0.0};
   for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
     const double length = corners[i + 1] - corners[i];
@@ -75,7 +78,7 @@ void LogStepper::advance(std::span<const std::size_t> sample, std::span<const Pl
       const double within = std::clamp(share, knots_[piece] + off_its_ends, knots_[piece + 1] - off_its_ends);
       if (stage != 2)  // at the time of stage 1
         for (std::size_t i = 0; i < n; ++i) {
-          command_[i] = command_at(log_, sample[i], share);
+          command_[i] = command_at(log_, sample[i], log_.commands_held ? within : share);
           at_[i] = between(from[i], to[i], share, log_.dt);
           if (looks_back_) history_[i] = history_at(log_, log_.commands_held ? from[i].t + within * log_.dt : at_[i].t);
         }

@@ -31,7 +31,7 @@ TEST(ModelPool, ARoughRoadIsForgottenWithWhatMadeItLookRough) {
     if (by_noise)
       pool.restart(rig.road(), kept, MeasuredNoise{.noise = noise, .model = kept.model});
     else
-      pool.restart(rig.road(), kept, true);
+      pool.restart(rig.road(), kept, measured::CommandHold{.until_next = true});
     EXPECT_EQ(pool.problem().penalty_per_parameter(), usual) << by_noise;
   }
 }

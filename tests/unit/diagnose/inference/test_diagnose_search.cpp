@@ -146,9 +146,30 @@ TEST(Search, FindsThatCommandsAreHeld) {
   const SearchResult nothing = found_in(rig.catalogue().null_model(), 73),
                      gain = found_in(rig.with("drive_gain", {0.1}), 74);
   EXPECT_EQ(name(nothing), "none");
-  EXPECT_TRUE(nothing.pool.problem().commands_held);
+  EXPECT_TRUE(nothing.pool.problem().hold.until_next);
   EXPECT_EQ(name(gain), "drive_gain");
   EXPECT_NEAR(gain.best.theta.front(), 0.1, 0.01);
+}
+
+/// Every second row of a log whose commands are held from row to row: a quarter of a sample of delay is then no effect.
+TEST(Search, KnowsOfHeldCommandsThatTheLogLeftOut) {
+  DiagnoseRig rig;
+  const auto thinned = [&](const ModelSpec& truth, std::uint64_t seed) {
+    return rig.problem(
+        {DiagnoseRig::thinned(rig.simulate(truth, {.seconds = 40, .seed = seed, .unsteady = 0.3, .held = true}))});
+  };
+  const auto found_in = [&](Problem problem) {
+    problem.hold_time = 0.02;
+    problem.hold_commands(measured::held_for(0.02, 0.04));
+    return search_effects(problem, rig.road(), {});
+  };
+  const SearchResult nothing = found_in(thinned(rig.catalogue().null_model(), 76)),
+                     grip = found_in(thinned(rig.with("rear_grip", {-0.1}), 77));
+  EXPECT_EQ(name(nothing), "none");
+  EXPECT_EQ(nothing.pool.problem().hold, measured::held_for(0.02, 0.04));
+  EXPECT_EQ(name(grip), "rear_grip");
+  EXPECT_NEAR(grip.best.theta.front(), -0.1, 0.02);
+  EXPECT_EQ(name(search_effects(thinned(rig.catalogue().null_model(), 76), rig.road(), {})), "input_delay");
 }
 
 /// Steering of a busy driver written in steps of 0.03 rad. Taken as it is written it leaves something unexplained.
@@ -193,11 +214,11 @@ TEST(Search, ADelayIsNoHeldCommand) {
   DiagnoseRig rig;
   Problem problem =
       rig.problem({rig.simulate(rig.with("input_delay", {0.03}), {.seconds = 20, .seed = 75, .unsteady = 1})});
-  EXPECT_FALSE(search_effects(problem, rig.road(), {}).pool.problem().commands_held);
-  problem.hold_commands(true);
+  EXPECT_FALSE(search_effects(problem, rig.road(), {}).pool.problem().hold.until_next);
+  problem.hold_commands({.until_next = true});
   const SearchResult found = search_effects(problem, rig.road(), {});
   EXPECT_EQ(name(found), "input_delay");
-  EXPECT_FALSE(found.pool.problem().commands_held);
+  EXPECT_FALSE(found.pool.problem().hold.until_next);
   EXPECT_NEAR(found.best.theta.front(), 0.03, 0.002);
 }
 

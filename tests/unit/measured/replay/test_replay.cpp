@@ -56,6 +56,55 @@ TEST(Replay, AHeldCommandActsLateUntilTheNextIsAsLate) {
   for (std::size_t c = 0; c < channels; ++c) EXPECT_NEAR(held[c], whole[c], 1e-7) << c;
 }
 
+/// Every second of commands that change evenly, each held for half a sample.
+TEST(Replay, HeldCommandsThatWereLeftOutAreTakenToBeBetweenTheirNeighbours) {
+  const DiagnoseRig rig;
+  const StagedCar car = rig.catalogue().build(rig.catalogue().null_model());
+  Log whole, half;
+  whole.dt = 0.02;
+  half.dt = 0.04;
+  for (std::size_t k = 0; k < 5; ++k) {
+    const double turn = 0.002 * static_cast<double>(k);
+    whole.command.push_back({0.3, turn});
+    if (k % 2 == 0) half.command.push_back({0.3, turn});
+  }
+  whole.commands_held = true;
+  hold_commands(half, held_for(0.02, half.dt));
+  EXPECT_NEAR(command_at(half, 1, 0.2).delta, 0.004, 1e-15);
+  EXPECT_NEAR(command_at(half, 1, 0.7).delta, 0.006, 1e-15);
+  EXPECT_NEAR(command_at_sample(half, 1).delta, 0.003, 1e-15);
+  EXPECT_NEAR(history_at(half, 0.07).at(0.0).delta, 0.006, 1e-15);
+  EXPECT_NEAR(history_at_sample(half, 0.06).at(0.0).delta, 0.005, 1e-15);
+  const auto first = stepped(car, whole, 2, 0.04, start), second = stepped(car, whole, 3, 0.06, first);
+  const auto both = stepped(car, half, 1, 0.04, start);
+  hold_commands(half, {});
+  const auto straight = stepped(car, half, 1, 0.04, start);
+  for (std::size_t c = 0; c < channels; ++c) EXPECT_NEAR(both[c], second[c], 1e-7) << c;
+  EXPECT_GT(std::abs(straight[5] - second[5]), 1e-3);
+}
+
+TEST(Replay, ACommandHeldForAboutASampleIsHeldUntilTheNext) {
+  EXPECT_EQ(held_for(0.02, 0.02), (CommandHold{.until_next = true}));
+  EXPECT_EQ(held_for(0.02, 0.01), (CommandHold{.until_next = true}));
+  EXPECT_EQ(held_for(0.02, 0.04), (CommandHold{.halves = true}));
+  EXPECT_EQ(held_for(0.02, 0.06), (CommandHold{.lag = 1.0 / 6.0}));
+  for (const double dt : {0.02, 0.04, 0.06}) EXPECT_NEAR(held_for(0.02, dt).seconds(dt), 0.02, 1e-15);
+  EXPECT_EQ(CommandHold{}.seconds(0.04), 0.0);
+}
+
+/// Where more of them were left out, what acts is the straight line between those logged, late by half a hold.
+TEST(Replay, ManyHeldCommandsThatWereLeftOutActLate) {
+  Log log;
+  log.dt = 0.06;
+  for (std::size_t k = 0; k < 4; ++k) log.command.push_back({0.3, 0.006 * static_cast<double>(k)});
+  hold_commands(log, held_for(0.02, log.dt));
+  EXPECT_NEAR(command_at(log, 1, 0.0).delta, 0.005, 1e-15);
+  EXPECT_NEAR(command_at(log, 1, 0.5).delta, 0.008, 1e-15);
+  EXPECT_NEAR(command_at(log, 0, 0.1).delta, 0.0, 1e-15);
+  EXPECT_NEAR(command_at_sample(log, 2).delta, 0.011, 1e-15);
+  EXPECT_NEAR(history_at(log, 0.12).at(0.03).delta, 0.008, 1e-12);
+}
+
 /// What is taken as linear between samples has each held command's mean over its step, with a delay as without.
 TEST(Replay, HeldCommandsCountAtSamplesByTheMeanOfBothSides) {
   Log log;

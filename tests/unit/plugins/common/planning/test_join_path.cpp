@@ -130,6 +130,17 @@ TEST(JoinPath, StaysOnTheRoadAndSlowsDownForIt) {
   EXPECT_GT(slowest, 3);
 }
 
+/// 2 m from the edge, askew towards it: while a car slows down its wheels turn. In the middle of the road there is room.
+TEST(JoinPath, IsSlowerWhereItLeadsTowardsAnEdgeThatIsNear) {
+  const double turn = std::numbers::pi / 6;
+  const JoinPath near = joining(4, turn, 5), middle = joining(0, turn, 5);
+  EXPECT_NEAR(near.speed(101), 3.5, 0.01);
+  EXPECT_GT(middle.speed(101), 5);
+  double s = 100;
+  while (moved(near, s + 1).y > moved(near, s).y) s += 1;
+  EXPECT_GT(near.speed(s + 3), 3.6);  // on its way back
+}
+
 /// Whether there is room is not seen from where the way begins: the road narrows after 15 m, on either side.
 TEST(JoinPath, TurnsSoonerWhereTheRoadNarrowsAhead) {
   const double turn = std::numbers::pi / 9;
