@@ -75,7 +75,11 @@ function nearest(d: Diagnosis, words: Words): string {
   const best = (d.ranking ?? [])
     .filter((entry) => entry.rollout?.says === "helps" && entry.rollout.change !== null)
     .sort((a, b) => a.rollout!.change! - b.rollout!.change!)[0];
-  if (!best) return ofRealCar(d) ? "No effect that was tried makes predictions better by itself." : "No effect of the catalogue makes predictions better by itself.";
+  if (!best) {
+    const tried = ofRealCar(d) ? "effect that was tried" : "effect of the catalogue";
+    const untold = (d.ranking ?? []).some((entry) => entry.rollout?.says === "cannot tell");
+    return untold ? `No ${tried} surely makes predictions better by itself: the data that was not fitted cannot tell.` : `No ${tried} makes predictions better by itself.`;
+  }
   return `What comes nearest: ${inWords(best.effect, undefined, words)}; by itself it changes the prediction error by ${fixed(100 * best.rollout!.change!, 0)} %.`;
 }
 
