@@ -35,12 +35,14 @@ std::string check_extremes(const PerturbSpec& spec, const WorldSpec& world, doub
   return {};
 }
 
-/// The largest `position`, no more than it is, at which half the car's width is on the road beyond the start; 0 if there
-/// is none.
+/// The largest `position`, no more than it is, at which a car that is askew by `heading` has its corners on a straight
+/// road; 0 if there is none.
 double position_within_road(PerturbSpec spec, const WorldSpec& world) {
+  const Car& car = world.car.car;
+  const double corners = 0.5 * (car.width * std::cos(spec.heading) + car.length * std::sin(spec.heading));
   const auto fits = [&](double position) {
     spec.position = position;
-    return check_extremes(spec, world, 0.5 * world.car.car.width).empty();
+    return check_extremes(spec, world, corners).empty();
   };
   double least = 0, most = spec.position;
   if (fits(most)) return most;
