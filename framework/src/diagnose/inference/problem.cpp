@@ -47,7 +47,10 @@ void Problem::hold_commands(const measured::CommandHold& how) {
 
 void Problem::unround_commands() {
   unrounded = true;
-  for (Trace& trace : traces) trace.unround_commands(command_step);
+  for (Trace& trace : traces) {
+    trace.unround_commands(command_step);
+    trace.bend_commands(bend);  // what lies between commands follows them
+  }
 }
 
 std::array<double, noise_states> process_noise_ratio(const Problem& problem, const Noise& noise) {

@@ -172,6 +172,26 @@ TEST(Search, KnowsOfHeldCommandsThatTheLogLeftOut) {
   EXPECT_EQ(name(search_effects(thinned(rig.catalogue().null_model(), 76), rig.road(), {})), "input_delay");
 }
 
+/// What lies between rounded commands is between those that are expected.
+TEST(Search, HeldCommandsThatWereLeftOutAreBetweenExpectedOnes) {
+  DiagnoseRig rig;
+  Problem problem = rig.problem({DiagnoseRig::rounded(
+      DiagnoseRig::thinned(rig.simulate(rig.catalogue().null_model(), {.seconds = 4, .seed = 78, .held = true})),
+      0.03)});
+  problem.command_step = {0.0, 0.03};
+  problem.hold_commands(measured::held_for(0.02, 0.04));
+  const Log written = problem.traces.front().log;
+  problem.unround_commands();
+  const Log& expected = problem.traces.front().log;
+  ASSERT_EQ(expected.fine.size(), 2 * expected.size() - 1);
+  double moved = 0;
+  for (std::size_t k = 0; k < expected.size(); ++k) {
+    EXPECT_EQ(expected.fine[2 * k].delta, expected.command[k].delta) << k;
+    moved = std::max(moved, std::abs(expected.command[k].delta - written.command[k].delta));
+  }
+  EXPECT_GT(moved, 1e-3);
+}
+
 /// Steering of a busy driver written in steps of 0.03 rad. Taken as it is written it leaves something unexplained.
 TEST(Search, RoundedSteeringIsNoEffect) {
   DiagnoseRig rig;
