@@ -70,8 +70,9 @@ History<double> history_at(const Log& log, double now);
 ActingCommand<double> command_at_sample(const Log& log, std::size_t k);
 History<double> history_at_sample(const Log& log, double now);
 
-/// Makes the commands curved between samples (of held halves, moves what was left out): half-way they are off the straight line by `bend` times the mean of the
-/// second differences at both ends. -1/8 is a parabola through the samples, 0 the straight line.
+/// Makes the commands curved between samples (of held halves, moves what was left out): half-way they are off the
+/// straight line by `bend` times the mean of the second differences at both ends. -1/8 is a parabola through the
+/// samples, 0 the straight line.
 void bend_commands(Log& log, const Commands& bend);
 /// Root mean squares of the commands' second differences: how far they may have been off straight lines.
 Commands command_curvature(std::span<const Log> stretches);

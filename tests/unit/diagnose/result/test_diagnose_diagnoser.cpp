@@ -272,6 +272,20 @@ TEST(Diagnoser, NamesALatePlace) {
   }
 }
 
+/// Every second row of what a world drove whose commands are held from step to step: the world says what was left out.
+TEST(Diagnoser, KnowsForHowLongTheWorldHoldsCommands) {
+  DiagnoseRig rig;
+  LogFile log;
+  log.stretches.push_back(DiagnoseRig::thinned(
+      rig.simulate(rig.catalogue().null_model(), {.seconds = 40, .seed = 76, .unsteady = 0.3, .held = true})));
+  WorldSpec world = rig.world();
+  world.hold = Hold::zoh;
+  Diagnoser diagnoser(world, rig.registry(), {});
+  const Diagnosis d = diagnoser.run({&log, 1}, {});
+  EXPECT_EQ(d.verdict, Verdict::nothing_missing) << d.sentence;
+  EXPECT_EQ(diagnoser.problem().hold, measured::CommandHold{.halves = true});
+}
+
 /// Delays are taken off the logs held out as well, and the gap that is closed there is theirs.
 TEST(Diagnoser, TakesDelaysOffLogsHeldOut) {
   DiagnoseRig rig;
