@@ -73,7 +73,7 @@ class DiagnoseRig {
   measured::Log simulate(const diagnose::ModelSpec& truth, const Drive& drive) const {
     const StagedCar car = catalogue_.build(truth);
     measured::Log log;
-    log.commands_held = drive.held;
+    log.hold.until_next = drive.held;
     const auto n = static_cast<std::size_t>(std::round(drive.seconds / log.dt)) + 1;
     std::mt19937_64 random(drive.seed);
     std::normal_distribution<double> normal;

@@ -59,8 +59,8 @@ Trace as_fitted(const Log& log, const Problem& problem, const Road& road) {
   Trace trace;
   trace.log = log;
   if (problem.unrounded) trace.unround_commands(problem.command_step);
-  const double held = problem.hold.seconds(problem.traces.front().log.dt);
-  measured::hold_commands(trace.log, problem.hold.until_next ? problem.hold : measured::held_for(held, log.dt));
+  const double held = problem.hold().seconds(problem.traces.front().log.dt);
+  measured::hold_commands(trace.log, problem.hold().until_next ? problem.hold() : measured::held_for(held, log.dt));
   trace.bend_commands(shares_bend(log, problem) ? problem.bend : Commands{});
   trace.set_motion(smooth_readings(log, 3), road);
   return trace;

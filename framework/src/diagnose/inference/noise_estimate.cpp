@@ -82,7 +82,7 @@ void add_commands(const Problem& problem, NoiseParameterList& list) {
       const double most = thresholds::most_command * (kind == steady ? curvature[i] : 1.0);
       list.noise.push_back({.kind = kind, .which = i, .least = thresholds::least_command * most, .most = most});
     }
-  for (std::size_t i = 0; !problem.hold.until_next && i < curvature.size(); ++i)
+  for (std::size_t i = 0; !problem.hold().until_next && i < curvature.size(); ++i)
     if (curvature[i] > 0.0)
       list.beside_bends.push_back({.kind = bend,
                                    .which = i,
@@ -119,7 +119,7 @@ NoiseParameterList list_unknowns(const Problem& problem, const ModelSpec& model,
   // What commands do between samples scatters readings, and was taken for the sensors'.
   for (std::size_t c = 0; !options.sensors && c < channels; ++c)
     if (problem.is_read(c)) rest.push_back(level_of(c));
-  if (!problem.hold.until_next) add_parameters(problem, model, rest);
+  if (!problem.hold().until_next) add_parameters(problem, model, rest);
   return list;
 }
 

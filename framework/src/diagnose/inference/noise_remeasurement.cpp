@@ -44,7 +44,7 @@ bool may_leave_out_commands(ModelPool& pool, const Fit& null_model, const Fit& b
 std::vector<measured::CommandHold> other_holds(const Problem& problem) {
   std::vector<measured::CommandHold> all{{}, {.until_next = true}};
   if (problem.hold_time > 0.0) all.push_back(measured::held_for(problem.hold_time, problem.traces.front().log.dt));
-  std::erase(all, problem.hold);
+  std::erase(all, problem.hold());
   return all;
 }
 

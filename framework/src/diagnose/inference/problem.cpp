@@ -35,12 +35,15 @@ double Problem::seconds() const {
   return sum;
 }
 
+measured::CommandHold Problem::hold() const {
+  return traces.empty() ? measured::CommandHold{} : traces.front().log.hold;
+}
+
 void Problem::hold_commands(const measured::CommandHold& how) {
-  hold = how;
   command = {};
   bend = {};
   for (Trace& trace : traces) {
-    measured::hold_commands(trace.log, hold);
+    measured::hold_commands(trace.log, how);
     trace.bend_commands(bend);
   }
 }

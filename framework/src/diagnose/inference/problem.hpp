@@ -20,7 +20,6 @@ struct Problem {
   double noise_time = usual_noise_time;             // correlation time of unknown accelerations [s]
   UnknownCommands command;                          // between samples, see Noise::command
   Commands bend{};                                  // of the commands of all traces, see measured::bend_commands
-  measured::CommandHold hold;                       // what commands do between samples, of all traces
   double hold_time = 0.0;   // [s] for which the world holds each command, where the log left some of them out; else 0
   Commands command_step{};  // to which commands were rounded, where that counts; 0: not
   bool unrounded = false;   // whether the traces' commands are the expected ones, see measured::unround_commands
@@ -42,7 +41,9 @@ struct Problem {
   bool is_read(std::size_t channel) const;
   /// Duration of all traces together [s].
   double seconds() const;
-  /// Sets `hold` of this and of all traces; nothing is bent or unknown of the commands then.
+  /// What commands do between samples, of all traces.
+  measured::CommandHold hold() const;
+  /// Sets it; nothing is bent or unknown of the commands then.
   void hold_commands(const measured::CommandHold& how);
   /// Takes commands as rounded by the recorder: sets `unrounded`.
   void unround_commands();

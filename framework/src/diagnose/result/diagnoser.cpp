@@ -108,7 +108,7 @@ Diagnosis Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFi
   if (world_.hold == Hold::zoh) {
     Problem& problem = prepared.problem;
     problem.hold_commands(measured::held_for(world_.dt, problem.traces.front().log.dt));
-    if (!problem.hold.until_next) problem.hold_time = world_.dt;
+    if (!problem.hold().until_next) problem.hold_time = world_.dt;
   }
   at(1, "searching");
   SearchOptions options;
@@ -148,7 +148,7 @@ void Diagnoser::name_delays(std::span<const LogFile> logs, std::span<const LogFi
                             std::span<const ChannelDelay> delays, Diagnosis& d) const {
   Problem late = prepare(catalogue_, road_, logs, stated_noise()).problem;
   late.sensor = problem_.sensor;
-  late.hold_commands(problem_.hold);
+  late.hold_commands(problem_.hold());
   if (problem_.unrounded) late.unround_commands();
   for (Trace& trace : late.traces) trace.bend_commands(problem_.bend);
   late.bend = problem_.bend;

@@ -175,7 +175,7 @@ Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec
   plant.set("effects", Node(std::move(effects)));
   Node patch = Node::empty_object();
   patch.set("plant", std::move(plant));
-  const bool commands_held = diagnoser.problem().hold != measured::CommandHold{};
+  const bool commands_held = diagnoser.problem().hold() != measured::CommandHold{};
   if (commands_held != (world.hold == Hold::zoh))
     patch.set("input_hold", Node(std::string(commands_held ? "zoh" : "foh")));
   if (d.delays.empty()) return patch;

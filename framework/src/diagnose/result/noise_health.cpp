@@ -21,11 +21,11 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<Findin
       health.push_back({Finding::Level::note, check, text, "measured with the model"});
     }
   }
-  if (problem.hold != measured::CommandHold{})
+  if (problem.hold() != measured::CommandHold{})
     health.push_back({Finding::Level::note, "commands between samples",
-                      problem.hold.until_next ? "held until the next row"
-                                              : format("held for %.3g s each, of which the log left some out",
-                                                       problem.hold.seconds(problem.traces.front().log.dt)),
+                      problem.hold().until_next ? "held until the next row"
+                                                : format("held for %.3g s each, of which the log left some out",
+                                                         problem.hold().seconds(problem.traces.front().log.dt)),
                       "as the world says or as found with the model"});
   for (std::size_t i = 0; i < problem.command_step.size(); ++i) {
     if (problem.command_step[i] == 0.0) continue;

@@ -161,7 +161,7 @@ void measure_errors(const fs::path& folder, const Diagnosed& one, const Answer& 
   for (std::size_t c = 0; c < channels; ++c) sigma[c] = one.world.sensors.channels[c].sigma;
   LogFile held_out = read_log_file(
       folder / "heldout.csv", measured::LogExpectations{one.world.car.car.v_ref, nullptr, one.world.car.car.delta_max});
-  measured::hold_commands(held_out.stretches.front(), one.diagnoser->problem().hold);
+  measured::hold_commands(held_out.stretches.front(), one.diagnoser->problem().hold());
   const auto error = [&](const ModelSpec& model) {
     return rollout_error(catalogue, model, held_out.stretches.front(), road, sigma);
   };

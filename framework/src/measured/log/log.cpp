@@ -42,8 +42,7 @@ CommandHold held_for(double seconds, double dt) {
 }
 
 void hold_commands(Log& log, const CommandHold& hold) {
-  log.commands_held = hold.until_next || hold.halves;
-  log.command_lag = hold.lag;
+  log.hold = hold;
   log.fine.clear();
   if (hold.halves) interpolate_half_way(log, {});
 }
@@ -64,7 +63,7 @@ bool same_commands(std::span<const CommandSample<double>> a, std::span<const Com
 }
 
 ActingCommand<double> command_at(const Log& log, std::size_t k, double share) {
-  if (log.commands_held) {
+  if (log.hold.in_steps()) {
     const bool halves = !log.fine.empty();
     const std::vector<CommandSample<double>>& samples = halves ? log.fine : log.command;
     const std::size_t i = std::min(halves ? 2 * k + (share >= 0.5 ? 1 : 0) : k, samples.size() - 1);
@@ -73,7 +72,7 @@ ActingCommand<double> command_at(const Log& log, std::size_t k, double share) {
   }
   const std::vector<CommandSample<double>>& samples = log.fine.empty() ? log.command : log.fine;
   double dt = log.dt;
-  share -= log.command_lag;
+  share -= log.hold.lag;
   if (share < 0.0) {  // before the first command it is as at the first
     share = k > 0 ? share + 1.0 : 0.0;
     k -= k > 0 ? 1 : 0;
@@ -94,16 +93,16 @@ History<double> history_at(const Log& log, double now) {
   const std::vector<CommandSample<double>>& samples = log.fine.empty() ? log.command : log.fine;
   history.samples = samples.data();
   history.count = samples.size();
-  history.t0 = log.t0 + log.command_lag * log.dt;
+  history.t0 = log.t0 + log.hold.lag * log.dt;
   history.dt = log.fine.empty() ? log.dt : 0.5 * log.dt;
   history.now = now;
-  history.hold = log.commands_held ? Hold::zoh : Hold::foh;
+  history.hold = log.hold.in_steps() ? Hold::zoh : Hold::foh;
   return history;
 }
 
 ActingCommand<double> command_at_sample(const Log& log, std::size_t k) {
   ActingCommand<double> command = command_at(log, k, 0.0);
-  if (!log.commands_held || k == 0) return command;
+  if (!log.hold.in_steps() || k == 0) return command;
   const CommandSample<double>& before = log.fine.empty() ? log.command[k - 1] : log.fine[2 * k - 1];
   command.d = 0.5 * (command.d + before.d);
   command.delta = 0.5 * (command.delta + before.delta);
@@ -112,16 +111,15 @@ ActingCommand<double> command_at_sample(const Log& log, std::size_t k) {
 
 History<double> history_at_sample(const Log& log, double now) {
   History<double> history = history_at(log, now);
-  if (!log.commands_held) return history;
+  if (!log.hold.in_steps()) return history;
   history.hold = Hold::foh;  // from the middle of each step to that of the next
   history.t0 += 0.5 * history.dt;
   return history;
 }
 
 void bend_commands(Log& log, const Commands& bend) {
-  const bool halves = log.commands_held && !log.fine.empty();
   log.fine.clear();
-  if (bend != Commands{} || halves) interpolate_half_way(log, bend);
+  if (bend != Commands{} || log.hold.halves) interpolate_half_way(log, bend);
 }
 
 Commands command_curvature(std::span<const Log> stretches) {

@@ -19,16 +19,31 @@ struct RoundingError {
   Commands autoregression{};  // share of it that is in the next sample's
 };
 
-/// Samples dt apart. Rows of `reading` hold the channels (SI; not_a_number where missing); commands are linear between
-/// samples, or between `fine` ones, or held.
+/// What commands do between samples: move linearly where nothing else is said.
+struct CommandHold {
+  bool until_next = false;  // each is held until the next
+  bool halves = false;      // so are those half-way, which the log left out: they are interpolated (bend_commands)
+  double lag = 0.0;         // linear ones act so much of a sample late, less than 1
+  /// Whether commands stay as they are between the instants at which they change.
+  bool in_steps() const { return until_next || halves; }
+  /// For how long each command is held in a log with samples dt apart; 0 for linear ones [s].
+  double seconds(double dt) const;
+  bool operator==(const CommandHold&) const = default;
+};
+/// Commands that are each held for so long [s], in a log with samples dt [s] apart. Of those held for a part of dt the
+/// log has left some out. Where it is every second one it is taken to be between its neighbours; more act, in the mean,
+/// as linear ones do, late by half the time for which each was held.
+CommandHold held_for(double seconds, double dt);
+
+/// Samples dt apart. Rows of `reading` hold the channels (SI; not_a_number where missing); what commands do between
+/// samples, or between `fine` ones, is said by `hold`.
 struct Log {
   double dt = 0.02;
   double t0 = 0.0;              // time of the first row since the start of the log, for effects that depend on time
   std::vector<double> reading;  // n x 6
   std::vector<CommandSample<double>> command;
   std::vector<CommandSample<double>> fine;  // 2 size() - 1 commands half a sample apart; empty: `command` says all
-  bool commands_held = false;               // each command, or `fine` one, acts until the next
-  double command_lag = 0.0;                 // linear commands act so much of a sample late, less than 1
+  CommandHold hold;                         // set by hold_commands(), which `fine` goes with
   std::vector<bool> interpolated;  // samples without a recorded command, filled in from their neighbours; empty: none
   std::vector<RoundingError> rounding_error;  // by sample, where commands are expected values of rounded ones; or empty
   /// Whether a command of the step after sample k was not recorded.
@@ -38,20 +53,7 @@ struct Log {
   std::size_t size() const { return command.size(); }
 };
 
-/// What commands do between samples: move linearly where nothing else is said.
-struct CommandHold {
-  bool until_next = false;  // each is held until the next
-  bool halves = false;      // so are those half-way, which the log left out: they are interpolated (bend_commands)
-  double lag = 0.0;         // linear ones act so much of a sample late, see Log::command_lag
-  /// For how long each command is held in a log with samples dt apart; 0 for linear ones [s].
-  double seconds(double dt) const;
-  bool operator==(const CommandHold&) const = default;
-};
-/// Commands that are each held for so long [s], in a log with samples dt [s] apart. Of those held for a part of dt the
-/// log has left some out. Where it is every second one it is taken to be between its neighbours; more act, in the mean,
-/// as linear ones do, late by half the time for which each was held.
-CommandHold held_for(double seconds, double dt);
-/// Of held halves, `fine` becomes the commands without a bend.
+/// Sets `hold`. Of held halves, `fine` becomes the commands without a bend.
 void hold_commands(Log& log, const CommandHold& hold);
 
 /// Samples in which a channel was read.

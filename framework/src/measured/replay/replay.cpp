@@ -22,7 +22,7 @@ std::vector<double> step_knots(const StagedCar& car, const Log& log, int substep
     kink -= std::floor(kink);
     if (kink > 1e-6 && kink < 1.0 - 1e-6) corners.push_back(kink);
   };
-  const double delay = car.look_back() / log.dt, lag = log.command_lag;
+  const double delay = car.look_back() / log.dt, lag = log.hold.lag;
   add_kink(lag);
   add_kink(delay + lag);
   if (!log.fine.empty()) {
@@ -78,9 +78,10 @@ void LogStepper::advance(std::span<const std::size_t> sample, std::span<const Pl
       const double within = std::clamp(share, knots_[piece] + off_its_ends, knots_[piece + 1] - off_its_ends);
       if (stage != 2)  // at the time of stage 1
         for (std::size_t i = 0; i < n; ++i) {
-          command_[i] = command_at(log_, sample[i], log_.commands_held ? within : share);
+          command_[i] = command_at(log_, sample[i], log_.hold.in_steps() ? within : share);
           at_[i] = between(from[i], to[i], share, log_.dt);
-          if (looks_back_) history_[i] = history_at(log_, log_.commands_held ? from[i].t + within * log_.dt : at_[i].t);
+          if (looks_back_)
+            history_[i] = history_at(log_, log_.hold.in_steps() ? from[i].t + within * log_.dt : at_[i].t);
         }
       for (std::size_t i = 0; i < n * channels; ++i) xs_[i] = stage == 0 ? x[i] : x[i] + node[stage] * h * kx_[i];
       for (std::size_t i = 0; i < n * m_; ++i) ms_[i] = stage == 0 ? memory[i] : memory[i] + node[stage] * h * km_[i];
@@ -179,7 +180,7 @@ class MemoryIntegrator {
       command_[i] = trace_.command(k, share);
       at_[i] = trace_.place(k, share);
       const double within =
-          trace_.log.commands_held ? std::clamp(share, off_its_ends, 1.0 - off_its_ends) - share : 0.0;
+          trace_.log.hold.in_steps() ? std::clamp(share, off_its_ends, 1.0 - off_its_ends) - share : 0.0;
       history_[i] = history_at(trace_.log, at_[i].t + within * trace_.log.dt);
     }
     batch_.n = copies;

@@ -140,13 +140,13 @@ TEST(Search, FindsThatCommandsAreHeld) {
   DiagnoseRig rig;
   const auto found_in = [&](const ModelSpec& truth, std::uint64_t seed) {
     Log log = rig.simulate(truth, {.seconds = 20, .seed = seed, .unsteady = 1, .held = true});
-    log.commands_held = false;
+    log.hold.until_next = false;
     return searched(rig, log);
   };
   const SearchResult nothing = found_in(rig.catalogue().null_model(), 73),
                      gain = found_in(rig.with("drive_gain", {0.1}), 74);
   EXPECT_EQ(name(nothing), "none");
-  EXPECT_TRUE(nothing.pool.problem().hold.until_next);
+  EXPECT_TRUE(nothing.pool.problem().hold().until_next);
   EXPECT_EQ(name(gain), "drive_gain");
   EXPECT_NEAR(gain.best.theta.front(), 0.1, 0.01);
 }
@@ -166,7 +166,7 @@ TEST(Search, KnowsOfHeldCommandsThatTheLogLeftOut) {
   const SearchResult nothing = found_in(thinned(rig.catalogue().null_model(), 76)),
                      grip = found_in(thinned(rig.with("rear_grip", {-0.1}), 77));
   EXPECT_EQ(name(nothing), "none");
-  EXPECT_EQ(nothing.pool.problem().hold, measured::held_for(0.02, 0.04));
+  EXPECT_EQ(nothing.pool.problem().hold(), measured::held_for(0.02, 0.04));
   EXPECT_EQ(name(grip), "rear_grip");
   EXPECT_NEAR(grip.best.theta.front(), -0.1, 0.02);
   EXPECT_EQ(name(search_effects(thinned(rig.catalogue().null_model(), 76), rig.road(), {})), "input_delay");
@@ -234,11 +234,11 @@ TEST(Search, ADelayIsNoHeldCommand) {
   DiagnoseRig rig;
   Problem problem =
       rig.problem({rig.simulate(rig.with("input_delay", {0.03}), {.seconds = 20, .seed = 75, .unsteady = 1})});
-  EXPECT_FALSE(search_effects(problem, rig.road(), {}).pool.problem().hold.until_next);
+  EXPECT_FALSE(search_effects(problem, rig.road(), {}).pool.problem().hold().until_next);
   problem.hold_commands({.until_next = true});
   const SearchResult found = search_effects(problem, rig.road(), {});
   EXPECT_EQ(name(found), "input_delay");
-  EXPECT_FALSE(found.pool.problem().hold.until_next);
+  EXPECT_FALSE(found.pool.problem().hold().until_next);
   EXPECT_NEAR(found.best.theta.front(), 0.03, 0.002);
 }
 

@@ -283,7 +283,7 @@ TEST(Diagnoser, KnowsForHowLongTheWorldHoldsCommands) {
   Diagnoser diagnoser(world, rig.registry(), {});
   const Diagnosis d = diagnoser.run({&log, 1}, {});
   EXPECT_EQ(d.verdict, Verdict::nothing_missing) << d.sentence;
-  EXPECT_EQ(diagnoser.problem().hold, measured::CommandHold{.halves = true});
+  EXPECT_EQ(diagnoser.problem().hold(), measured::CommandHold{.halves = true});
 }
 
 /// Delays are taken off the logs held out as well, and the gap that is closed there is theirs.

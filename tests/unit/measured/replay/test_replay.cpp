@@ -34,11 +34,11 @@ TEST(Replay, AHeldCommandActsUntilTheNext) {
   const StagedCar car = rig.catalogue().build(rig.catalogue().null_model());
   Log log;
   log.command = jumping;
-  log.commands_held = true;
+  log.hold.until_next = true;
   const auto held = stepped(car, log, 2, 0.04, start),
              alone = stepped(car, constant(jumping[2], log.dt), 0, 0.0, start);
   for (std::size_t c = 0; c < channels; ++c) EXPECT_NEAR(held[c], alone[c], 1e-12) << c;
-  log.commands_held = false;
+  log.hold.until_next = false;
   EXPECT_GT(std::abs(stepped(car, log, 2, 0.04, start)[5] - alone[5]), 0.1);
 }
 
@@ -49,7 +49,7 @@ TEST(Replay, AHeldCommandActsLateUntilTheNextIsAsLate) {
   const StagedCar bare = rig.catalogue().build(rig.catalogue().null_model());
   Log log;
   log.command = jumping;
-  log.commands_held = true;
+  log.hold.until_next = true;
   const auto held = stepped(late, log, 3, 0.06, start);
   const auto half = stepped(bare, constant(jumping[1], 0.5 * log.dt), 0, 0.0, start);
   const auto whole = stepped(bare, constant(jumping[2], 0.5 * log.dt), 0, 0.0, half);
@@ -68,7 +68,7 @@ TEST(Replay, HeldCommandsThatWereLeftOutAreTakenToBeBetweenTheirNeighbours) {
     whole.command.push_back({0.3, turn});
     if (k % 2 == 0) half.command.push_back({0.3, turn});
   }
-  whole.commands_held = true;
+  whole.hold.until_next = true;
   hold_commands(half, held_for(0.02, half.dt));
   EXPECT_NEAR(command_at(half, 1, 0.2).delta, 0.004, 1e-15);
   EXPECT_NEAR(command_at(half, 1, 0.7).delta, 0.006, 1e-15);
@@ -109,11 +109,11 @@ TEST(Replay, ManyHeldCommandsThatWereLeftOutActLate) {
 TEST(Replay, HeldCommandsCountAtSamplesByTheMeanOfBothSides) {
   Log log;
   for (std::size_t k = 0; k < 8; ++k) log.command.push_back({0.1 * static_cast<double>(k), 0.0});
-  log.commands_held = true;
+  log.hold.until_next = true;
   EXPECT_NEAR(command_at_sample(log, 4).d, 0.35, 1e-12);
   EXPECT_NEAR(history_at_sample(log, 0.08).at(0.0).d, 0.35, 1e-12);
   EXPECT_NEAR(history_at_sample(log, 0.08).at(0.03).d, 0.2, 1e-12);
-  log.commands_held = false;
+  log.hold.until_next = false;
   EXPECT_NEAR(command_at_sample(log, 4).d, 0.4, 1e-12);
   EXPECT_NEAR(history_at_sample(log, 0.08).at(0.03).d, 0.25, 1e-12);
 }
