@@ -50,6 +50,16 @@ TEST_F(CliTrack, TrackReadsRepairsAndWritesARoad) {
   }
 }
 
+/// A road 2 m wide leaves a car of 1.84 m room, but not its front in a bend of 10 m.
+TEST_F(CliTrack, ACarWhoseCornersLeaveTheRoadDoesNotSimplyDriveIt) {
+  write_text(folder_ / "ring.json", R"({"segments": [{"arc": {"radius": 10, "turn": "360 deg"}}], "half_width": 1})");
+  const Outcome checked =
+      gripline_with({"track", folder_ / "ring.json", "--car", source_dir() / "worlds/cars/full_size.json"});
+  EXPECT_EQ(checked.code, 0) << checked.err;
+  EXPECT_THAT(checked.out, AllOf(HasSubstr("1.84 m wide, 4.18 m long, "), HasSubstr("its centre of gravity gets round"),
+                                 HasSubstr("one is 0.35 m outside at s = "), Not(HasSubstr("drives it"))));
+}
+
 TEST_F(CliTrack, TrackMakesFoldersAndTakesUnits) {
   write_text(folder_ / "line.csv", [] {
     std::string text = "x_m,y_m\n";

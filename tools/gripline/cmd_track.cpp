@@ -11,6 +11,7 @@
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
 #include "config/shipped.hpp"
+#include "geometry/corner_room.hpp"
 #include "geometry/racing_line.hpp"
 #include "geometry/road_reading.hpp"
 #include "geometry/road_smoothing.hpp"
@@ -134,14 +135,22 @@ void tell(const Track& track, const RoadTable& road) {
   warn_of_kinks(track);
 }
 
-/// Refuses a road that the car of this file cannot drive.
+/// Refuses a road that the car of this file cannot drive. Where its centre of gravity gets round and its corners do
+/// not, that is told: it may race there, with a corner outside.
 void check_car(const Track& track, const Car& car, const std::string& file) {
   const double radius = least_turning_radius(car);
   std::string problem = check_car_fits(track, car.width);
   if (problem.empty()) problem = check_car_turns(track, car.width, radius);
   if (!problem.empty()) throw InputError(file + ": " + problem);
   Table table;
-  table.row("car", format("%.4g m wide, least radius %.4g m: drives it", car.width, radius));
+  const FarthestCorner corner = farthest_corner(track, car);
+  const std::string size = format("%.4g m wide, %.4g m long, least radius %.4g m: ", car.width, car.length, radius);
+  if (corner.beyond <= 0.0)
+    table.row("car", size + "drives it, its corners inside");
+  else
+    table.row("car", size + format("its centre of gravity gets round inside, its corners on no line that was tried; on "
+                                   "the best one is %.2g m outside at s = %.5g m",
+                                   corner.beyond, corner.s));
 }
 
 void add_track_options(po::options_description& visible) {
@@ -152,7 +161,7 @@ void add_track_options(po::options_description& visible) {
   add("scale", po::value<std::string>(), "factor of all lengths, as 1:43 or 0.0233, after everything else");
   add("reverse", po::bool_switch(), "drive it the other way");
   add("bridges", po::bool_switch(), "where it crosses itself at an angle, one way passes over the other");
-  add("car", po::value<std::string>(), "a car or a world: whether its car fits and can steer round");
+  add("car", po::value<std::string>(), "a car or a world: whether its car fits and can steer round, corners inside");
   add("out", po::value<std::string>(), "the road to write: .csv, or .json with a .csv beside it");
   add("picture", po::value<std::string>(), "a drawing to write, .svg");
   add("help,h", "this text");

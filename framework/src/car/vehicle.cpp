@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "car/stated_drive.hpp"
 #include "util/child_process.hpp"
 
 namespace gripline {
@@ -82,6 +83,7 @@ void check_known_params(const Node& car, const Registry& registry, Errors& error
 CarFile read_car(const Node& node, Errors& errors) {
   // No car is heavier or longer; with such numbers a slip of units is told at its place.
   constexpr double heaviest = 1e7, longest = 1e3;
+  const std::size_t before = errors.added();
   ObjectReader r(node, errors);
   const auto positive = NumberRange::positive();
   const auto length = NumberRange::at_most(longest);
@@ -103,6 +105,9 @@ CarFile read_car(const Node& node, Errors& errors) {
   file.substeps_by_error = r.boolean("substeps_by_error", true);
   read_known_params(r, file.known, errors);
   r.finish();
+  const Node* const known = node.find("known_params");
+  if (errors.added() == before)
+    file.known_at = known != nullptr ? known->origin : child_of(node.origin, "known_params");
   return file;
 }
 
@@ -120,7 +125,10 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
   }
   spec.integration = read_integration(r, integrator);
   r.finish();
-  if (errors.added() == before) check_effects(spec, car.car, effects, readings, errors);
+  if (errors.added() == before) {
+    check_effects(spec, car.car, effects, readings, errors);
+    check_drive(spec.model, car, errors);
+  }
   return spec;
 }
 

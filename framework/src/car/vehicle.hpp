@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,8 @@ namespace gripline {
 struct CarFile {
   Car car;
   KnownParams known;
-  bool substeps_by_error = true;  // of a world's control step (World); false: exactly as many as stated
+  bool substeps_by_error = true;   // of a world's control step (World); false: exactly as many as stated
+  std::optional<Origin> known_at;  // where `known` is written, or would be; empty where the car was not read well
 };
 CarFile read_car(const Node& node, Errors& errors);
 /// Adds what stands under "known_params" of that object, if anything does: numbers in SI by name.
@@ -33,6 +35,7 @@ struct VehicleSpec {
 /// What becomes of readings of this car: a world's sensors show them; a stack predicts states with its model and asks
 /// for no readings, so that an effect of Stage::reading would do nothing there and is refused.
 enum class Readings { shown, unread };
+/// Refuses also a model that does not get its car going because nobody stated its drive (check_drive).
 /// `integrator`: the method when the JSON names none.
 VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFile& car, const char* integrator,
                          Errors& errors, Readings readings = Readings::shown);

@@ -23,6 +23,9 @@ std::optional<std::size_t> pace_index(const PluginSpec& planner) {
   return std::nullopt;
 }
 
+/// Whether there is a start to move: a bad one is told as the world is read, and once.
+bool stands_on_road(const WorldSpec& world) { return world.track && check_start(*world.track, world.start).empty(); }
+
 /// What is wrong with the starts that the extremes give, `beyond` further out to each side [m]; empty if nothing is.
 std::string check_extremes(const PerturbSpec& spec, const WorldSpec& world, double beyond) {
   for (int corner = 0; corner < 8; ++corner) {
@@ -58,7 +61,7 @@ void check_starts(const PerturbSpec& spec, const Node& node, const WorldSpec& wo
     errors.add(node.find("speed")->origin, "the start's speed is " + number_text(world.start_speed) +
                                                " m/s; expected at most that as \"speed\", found " +
                                                number_text(spec.speed));
-  if (!world.track) return;
+  if (!stands_on_road(world)) return;
   std::string problem = check_extremes(spec, world, 0);
   if (problem.empty()) return;
   PerturbSpec in_place = spec;
@@ -122,7 +125,7 @@ PerturbSpec read_perturb(const Node& node, const WorldSpec& world, const std::ve
   const bool within_road = r.boolean("within_road", false);
   r.finish();
   if (errors.size() != before) return spec;
-  if (within_road && world.track && spec.position > 0) {
+  if (within_road && stands_on_road(world) && spec.position > 0) {
     spec.position = position_within_road(spec, world);
     if (spec.position == 0) {
       errors.add(node.find("position")->origin,

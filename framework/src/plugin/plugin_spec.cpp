@@ -170,6 +170,7 @@ PluginSpec read_plugin(ObjectReader& reader, abi::Kind kind, const Registry& reg
   ObjectReader values(given, reader.errors());
   for (const abi::ParamDecl& decl : spec.entry->params()) {
     const Node* const node = values.find(decl.name);
+    spec.defaulted.push_back(node == nullptr && !known.contains(decl.name));
     if (node != nullptr) {
       spec.values.push_back(read_value(*node, decl, spec, reader.errors()));
     } else {

@@ -15,6 +15,7 @@ namespace gripline {
 struct PluginSpec {
   const PluginEntry* entry = nullptr;
   std::vector<abi::ParamValue> values;
+  std::vector<bool> defaulted;  // whether a value is the declared default, which nothing stated; empty: all are stated
   std::vector<std::shared_ptr<const std::vector<double>>> tables;
 
   bool empty() const { return entry == nullptr; }

@@ -41,6 +41,7 @@ PluginSpec read_role(ObjectReader& r, const char* key, abi::Kind kind, const Reg
 
 /// What a stack is told of its world's car: {"m", "Iz", "lf", "lr", "known_params"}, each where it differs.
 CarFile read_told_car(const Node& node, const CarFile& car, Errors& errors) {
+  const std::size_t before = errors.added();
   ObjectReader r(node, errors);
   CarFile told = car;
   const auto positive = [&](const char* name, const char* unit, double& value) {
@@ -52,6 +53,7 @@ CarFile read_told_car(const Node& node, const CarFile& car, Errors& errors) {
   positive("lr", "m", told.car.lr);
   read_known_params(r, told.known, errors);
   r.finish();
+  if (errors.added() != before) told.known_at.reset();
   return told;
 }
 

@@ -118,32 +118,39 @@ std::vector<TriedSetting> settings_to_try(const Design& design) {
   return all;
 }
 
-/// Nobody gave the values of a list at --set: what is wrong with one is told where it stands in the list.
-InputError told_at_list(const InputError& error, const Design& design, const TriedSetting& setting) {
-  std::vector<Diagnostic> told(error.diagnostics().begin(), error.diagnostics().end());
-  for (Diagnostic& one : told) {
-    const auto factor = std::ranges::find(design.factors(), one.pointer, &Factor::pointer);
-    if (one.file != "--set" || factor == design.factors().end()) continue;
-    const auto number = static_cast<std::size_t>(factor - design.factors().begin());
-    const std::optional<ListPlace> place = design.place(setting.index, number);
-    if (!place) continue;
+/// What is wrong with one value of a factor names the value: others stand at the same --set. Nobody gave those of a
+/// list there; they are told where they stand in the list.
+Diagnostic told_at_value(Diagnostic one, const Design& design, const TriedSetting& setting) {
+  const auto factor = std::ranges::find(design.factors(), one.pointer, &Factor::pointer);
+  if (one.file != "--set" || factor == design.factors().end()) return one;
+  const auto number = static_cast<std::size_t>(factor - design.factors().begin());
+  one.message = harmless(setting.values[number]) + ": " + one.message;
+  if (const std::optional<ListPlace> place = design.place(setting.index, number)) {
     one.file = place->file;
     one.line = place->line;
     one.column = place->column;
-    one.message = harmless(setting.values[number]) + ": " + one.message;
   }
-  return InputError(std::move(told));
+  return one;
 }
 
+/// Reads every experiment with every setting to try, and tells all that is wrong at once: one bad road of many must
+/// not hide the next. A value that several settings have is told once.
 void try_settings(const Sweep& sweep, const Registry& registry) {
+  Errors errors;
+  std::set<std::string> told;
   for (const Part& part : sweep.parts)
     for (const TriedSetting& setting : settings_to_try(sweep.design)) {
       try {
         try_reading(part, assignments_of(sweep.assignments, sweep.design, setting.values), sweep.seeds_from, registry);
       } catch (const InputError& error) {
-        throw told_at_list(error, sweep.design, setting);
+        for (const Diagnostic& one : error.diagnostics()) {
+          Diagnostic at_value = told_at_value(one, sweep.design, setting);
+          if (told.insert(at_value.file + '\n' + at_value.pointer + '\n' + at_value.message).second)
+            errors.add(std::move(at_value));
+        }
       }
     }
+  errors.throw_if_any();
 }
 
 void read_parts(const Request& request, Sweep& sweep) {
@@ -324,12 +331,9 @@ Sweep plan(const Request& request, const Registry& registry) {
   try {
     read_parts(request, sweep);
   } catch (const InputError&) {
-    for (const fs::path& file : request.files) {  // errors are reported at the assignment that causes them
-      Part part;
-      part.file = file;
-      sweep.parts = {part};
-      try_settings(sweep, registry);
-    }
+    sweep.parts.clear();
+    for (const fs::path& file : request.files) sweep.parts.emplace_back().file = file;
+    try_settings(sweep, registry);  // errors are reported at the assignment that causes them
     throw;
   }
   sweep.name = name_of(sweep.parts);

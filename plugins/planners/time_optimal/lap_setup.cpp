@@ -6,6 +6,7 @@
 #include <span>
 #include <sstream>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "common/planning/planner_context.hpp"
@@ -15,6 +16,15 @@ namespace gripline::time_optimal {
 using namespace planning;
 
 namespace {
+
+/// What the course, which knows metres alone, cannot say of a margin [m].
+std::string in_widths(double margin, const Car& car) {
+  std::ostringstream text;
+  text.precision(4);
+  text << "; this planner's \"margin\" is in widths of the car: " << margin / car.width << ", which are " << margin
+       << " m from the centre of gravity to each edge";
+  return text.str();
+}
 
 /// The minimum-curvature line with the part of the margin beyond 0.4 of the car's width, and with turns that can be
 /// driven, so that every node has room on both sides.
@@ -26,7 +36,12 @@ ClosedLine compute_base(const PluginContext& context, double margin) {
   LineOptions options;
   options.margin = std::max(0.0, margin - 0.4 * car.width);
   options.max_curvature = drivable_curvature(car);
-  course.minimum_curvature(options, samples);
+  try {
+    course.minimum_curvature(options, samples);
+  } catch (const std::exception& error) {
+    if (!(options.margin > 0.0)) throw;
+    throw std::runtime_error(error.what() + in_widths(margin, car));
+  }
   return ClosedLine(std::move(samples));
 }
 

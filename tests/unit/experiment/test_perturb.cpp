@@ -50,6 +50,15 @@ TEST(Perturb, SaysWhatCannotBe) {
               HasSubstr("/pace: that of stack good would leave 0.05 to 2"));
 }
 
+/// A start that is off the road is one mistake, however it is moved.
+TEST(Perturb, AStartOffTheRoadIsToldOnce) {
+  for (const char* perturb : {R"({"position": 0.1})", R"({"position": 0.1, "within_road": true})",
+                              R"({"heading": "3 deg"})", R"({"speed": 0.05})"}) {
+    const std::string message = why(perturb, R"({"world": {"start": {"y": 0.5}}})");
+    EXPECT_THAT(message, AllOf(HasSubstr("/start"), HasSubstr("is off the track"), Not(HasSubstr("\n")))) << perturb;
+  }
+}
+
 TEST(Perturb, KeepsToANarrowRoadWhereAsked) {
   const PerturbSpec narrow = race_of(R"({"position": 0.4, "heading": "3 deg", "within_road": true})").perturb;
   const RaceSpec race = race_of(R"({"position": 0.1, "within_road": true})");

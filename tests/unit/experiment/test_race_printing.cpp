@@ -72,5 +72,34 @@ TEST(RacePrinting, FromSixRunsTheEndsAreAnInterval) {
                                Not(HasSubstr("no 95 %"))));
 }
 
+/// What is said below the table of a row whose runs were outside for so long [s], a corner in the first for more.
+std::string said_of(const std::vector<double>& outside, double corners_more = 0.0) {
+  const RaceSpec race = race_of("[]", static_cast<int>(outside.size()));
+  std::vector<RunResult> runs;
+  for (std::size_t i = 0; i < outside.size(); ++i) {
+    runs.push_back(run_of("elm", i + 1, outside[i], {8, 9}));
+    runs.back().summary.violation_body_s = outside[i] + (i == 0 ? corners_more : 0.0);
+  }
+  std::ostringstream out;
+  print_tables(out, {race, runs, {"elm"}}, {});
+  std::string said;
+  std::istringstream lines(out.str());
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("elm: ")) said += line;
+  return said;
+}
+
+/// A median of 0.00 s must not hide the runs that left the road.
+TEST(RacePrinting, RunsOutsideThatTheMedianHidesAreTold) {
+  EXPECT_EQ(said_of({0, 0, 0.5, 0, 2.64, 0, 0}),
+            "elm: the centre of gravity left the road in 2 of 7 runs, for 2.64 s in the worst (seed 5); "
+            "a corner of the car left the road in 2 of 7 runs, for 2.64 s in the worst (seed 5)");
+  EXPECT_EQ(said_of({0, 0, 0, 0, 0, 0}, 0.3),
+            "elm: a corner of the car left the road in 1 of 6 runs, for 0.30 s in the worst (seed 1)");
+  EXPECT_EQ(said_of({0, 0, 0, 0, 0, 0}), "");
+  EXPECT_EQ(said_of({1, 2, 3, 4, 5, 6}), "");  // the median says it
+  EXPECT_EQ(said_of({0, 0, 1}), "");           // the range says it
+}
+
 }  // namespace test_race_printing
 }  // namespace gripline

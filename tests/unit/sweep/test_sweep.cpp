@@ -16,6 +16,7 @@ namespace test_sweep {
 namespace fs = std::filesystem;
 using namespace testing_support;
 using testing::HasSubstr;
+using testing::Not;
 
 class Planning : public SweepRig {};
 
@@ -40,6 +41,32 @@ TEST_F(Planning, AValueOfAListThatIsRefusedIsToldInTheList) {
   write_text(folder_ / "list.csv", "/base/planner/params/mu,/world/friction\n0.3,{\"points\": x}\n");
   request_.design = Design::list(folder_ / "list.csv");
   EXPECT_THAT(refusal([&] { planned(); }), HasSubstr("list.csv:2:5: /world/friction: {\"points\": x}: "));
+}
+
+/// Two of four roads are none: both are told, each with its file, and one that stands in several settings once.
+TEST_F(Planning, EveryBadRoadIsToldAtOnce) {
+  const std::string good = (fixture_dir() / "tracks/oval.csv").string();
+  const auto road = [&](const std::string& name, const char* text) {
+    write_text(folder_ / name, text);
+    return (folder_ / name).string();
+  };
+  const std::string open = road("open.json", R"({"half_width": 0.3, "segments": [{"line": 1}]})");
+  const std::string narrow =
+      road("narrow.json", R"({"half_width": 0.01, "segments": [{"arc": {"radius": 1, "turn": "360 deg"}}]})");
+  const auto told_once = [](const std::string& message, const std::string& value) {
+    const std::string told = "/world/track: " + value + ": ";
+    const std::size_t first = message.find(told);
+    return first != std::string::npos && message.find(told, first + 1) == std::string::npos;
+  };
+  factors({"/world/track=" + open + "," + good + "," + narrow, "/world/duration=0.4,-1"});
+  const std::string message = refusal([&] { planned(); });
+  EXPECT_TRUE(told_once(message, open) && told_once(message, narrow)) << message;
+  EXPECT_THAT(message, testing::AllOf(HasSubstr("/world/duration: -1: "), Not(HasSubstr(good))));
+  write_text(folder_ / "roads.csv", "/world/track\n" + good + "\n" + open + "\n" + narrow + "\n" + open + "\n");
+  request_.design = Design::list(folder_ / "roads.csv");
+  const std::string listed = refusal([&] { planned(); });
+  EXPECT_TRUE(told_once(listed, open) && told_once(listed, narrow)) << listed;
+  EXPECT_THAT(listed, testing::AllOf(HasSubstr("roads.csv:3:1: "), HasSubstr("roads.csv:4:1: ")));
 }
 
 /// Libraries of one name in two folders are a list, and older manifests with one text a name read as well.

@@ -47,8 +47,16 @@ function cell(state: State, row: TableRow, column: Column, bestValue: number | n
     "td",
     { class: isBest ? "best" : undefined },
     h("span", { class: "value" }, value === null ? h("span", { class: "none" }, "–") : shown, isBest ? h("span", { class: "visually-hidden" }, " (best)") : null),
-    spread ? h("span", { class: "interval" }, `${fixed(low, m.decimals)}–${fixed(high, m.decimals)}`) : null,
+    spread ? h("span", { class: "interval" }, `${fixed(low, m.decimals)}–${fixed(high, m.decimals)}`) : worstHidden(state, row, column, shown),
   );
+}
+
+/** The worst run of a column that has one, where the median and its interval show nothing of it. */
+function worstHidden(state: State, row: TableRow, { name, measure: m }: Column, shown: string): HTMLElement | null {
+  const index = state.report.column(`${name}_max`);
+  const worst = index < 0 ? null : row.values[index];
+  if (worst === null || Number(shown) !== 0 || fixed(worst, m.decimals) === shown) return null;
+  return h("span", { class: "interval" }, `worst ${fixed(worst, m.decimals)}`);
 }
 
 /** How many of its runs a stack finished: nobody's figures mean much who lost some. */

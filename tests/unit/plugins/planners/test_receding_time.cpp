@@ -185,6 +185,14 @@ TEST_F(RecedingTimeTest, RefusesALeastFrictionAboveTheLargest) {
   EXPECT_THAT(refusal({{"mu_lo", 1.0}, {"mu_hi", 0.5}}), ::testing::HasSubstr("\"mu_lo\" is above \"mu_hi\""));
 }
 
+/// The road is told in metres, the parameter is in widths of the car: the message has both.
+TEST_F(RecedingTimeTest, AMarginThatLeavesNoRoadIsToldInWidthsAndMetres) {
+  EXPECT_THAT(refusal({{"margin", 8.0}}),
+              ::testing::AllOf(::testing::HasSubstr("the road is 0.46 m wide"),
+                               ::testing::HasSubstr("this planner's \"margin\" is in widths of the car: 8, which are "
+                                                    "0.24 m from the centre of gravity to each edge")));
+}
+
 TEST_F(RecedingTimeTest, RefusesASpacingThatDoesNotSuitTheLap) {
   for (const double spacing : {1e-3, 50.0})
     EXPECT_THAT(refusal({{"spacing", spacing}}),
