@@ -79,7 +79,7 @@ TEST_F(Cli, AReportNeverTakesThePlaceOfADevice) {
   EXPECT_TRUE(fs::is_character_file("/dev/full"));
   const Outcome over = gripline_with({"report", out(), "--page", out() + "/runs.csv"});
   EXPECT_EQ(over.code, 2);
-  EXPECT_THAT(over.err, HasSubstr("is what is read"));
+  EXPECT_THAT(over.err, HasSubstr("is an input of this command and would be overwritten"));
   write_text(out() + "/scene.json", "{\"name\": \"cu");
   const Outcome corrupt = gripline_with({"report", out()});
   EXPECT_EQ(corrupt.code, 2);

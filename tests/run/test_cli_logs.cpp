@@ -170,7 +170,8 @@ TEST_F(ModelsAndLogs, WhatIsLeftOutOfALogIsTold) {
 TEST_F(ModelsAndLogs, PredictNeverWritesOverWhatItReads) {
   const Outcome over = gripline_with({"predict", world, log(), "--out", log()});
   EXPECT_EQ(over.code, 2);
-  EXPECT_EQ(over.err, "--out " + log() + ": is what is read; choose another file\n");
+  EXPECT_EQ(over.err,
+            "--out " + log() + ": is an input of this command and would be overwritten; choose another file\n");
 }
 
 TEST_F(ModelsAndLogs, AnExperimentIsNoWorld) {

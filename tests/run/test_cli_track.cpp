@@ -83,14 +83,16 @@ TEST_F(CliTrack, TrackMakesFoldersAndTakesUnits) {
   const std::string before = contents(folder_ / "new/deep/road.csv");
   const Outcome over = gripline_with({"track", folder_ / "new/deep/road.csv", "--out", folder_ / "new/deep/road.json"});
   EXPECT_EQ(over.code, 2);
-  EXPECT_THAT(over.err, HasSubstr("road.csv: is what is read; choose another file"));
+  EXPECT_THAT(over.err,
+              HasSubstr("road.csv: is an input of this command and would be overwritten; choose another file"));
   EXPECT_EQ(contents(folder_ / "new/deep/road.csv"), before);
   // So would those of a road in JSON, which names its points.
   write_text(folder_ / "new/deep/named.json", R"({"centre": "road.csv"})");
   const Outcome named =
       gripline_with({"track", folder_ / "new/deep/named.json", "--scale", "2", "--out", folder_ / "new/deep/road.csv"});
   EXPECT_EQ(named.code, 2);
-  EXPECT_THAT(named.err, HasSubstr("road.csv: is what is read; choose another file"));
+  EXPECT_THAT(named.err,
+              HasSubstr("road.csv: is an input of this command and would be overwritten; choose another file"));
   EXPECT_EQ(contents(folder_ / "new/deep/road.csv"), before);
 }
 

@@ -169,6 +169,24 @@ TEST_F(RealCars, AGuessedMapImportsItsLog) {
   EXPECT_EQ(imported.code, 0) << imported.err << guessed.out;
 }
 
+/// The mark of findings to look at is explained where one is there, and only there.
+TEST_F(RealCars, AMarkInTheHealthTableIsExplained) {
+  const auto table_of = [&](bool constant) {
+    drive("log.csv", "{}", {.seconds = 30, .noise = 1, .command = [=](double t) {
+                              CommandSample<double> command = test::weave(t);
+                              if (constant) command.d = 0.4;
+                              return command;
+                            }});
+    const Outcome imported = gripline_with({"import", in("log.csv"), "--map", map(), "--out", in("own.csv")});
+    EXPECT_EQ(imported.code, 0) << imported.err;
+    return imported.out;
+  };
+  const std::string constant = table_of(true), weaving = table_of(false);
+  EXPECT_THAT(constant, AllOf(HasSubstr("d  "), HasSubstr("stays between"), HasSubstr("  (!)\n"),
+                              HasSubstr("\n(!): look at this before the log is used")));
+  EXPECT_EQ(weaving.find("(!): ") != std::string::npos, weaving.find("  (!)\n") != std::string::npos) << weaving;
+}
+
 /// A steering that no column's name tells: the rest of the map is written, and refused where the name is to stand.
 TEST_F(RealCars, AGuessedMapLeavesOpenWhatNoNameTellsAndReplacesNoOtherUnasked) {
   drive("log.csv", "{}", {.seconds = 30, .noise = 1});

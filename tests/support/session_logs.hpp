@@ -72,4 +72,29 @@ inline std::string why(const std::filesystem::path& log, const measured::LogMap&
   return "fine";
 }
 
+/// What reading found, a line each.
+inline std::string notes_of(const measured::SessionFile& file) {
+  std::string all;
+  for (const measured::Finding& f : file.findings)
+    all.append(f.check).append(": ").append(f.found).append("; ").append(f.done) += '\n';
+  return all;
+}
+
+/// Of log_with.
+inline measured::LogMap speed_map(const std::string& delta = R"("steer")") {
+  return map_of(R"({"time": "t", "channels": {"vx": "v", "yaw_rate": "r", "delta": )" + delta + "}}");
+}
+
+/// A log of t, v, r and steer whose times and speeds are printed by the caller.
+template <class Begin>
+std::filesystem::path log_with(Begin begin, double dt = 0.05) {
+  return log_of(
+      "t,v,r,steer",
+      [&](std::ostream& out, double t, double, double, double, double rate, double delta) {
+        begin(out, t);
+        out << ',' << rate << ',' << delta << '\n';
+      },
+      40.0, dt);
+}
+
 }  // namespace gripline::test

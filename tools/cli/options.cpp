@@ -141,7 +141,8 @@ void require_writable(const std::string& option, const std::filesystem::path& fi
   if (file.empty()) throw InputError(option + " names no file");
   std::error_code failed;
   for (const std::string& input : inputs)
-    if (std::filesystem::equivalent(file, input, failed)) refuse("is what is read; choose another file");
+    if (std::filesystem::equivalent(file, input, failed))
+      refuse("is an input of this command and would be overwritten; choose another file");
   if (file.has_parent_path() && !std::filesystem::exists(file.parent_path(), failed)) {
     make_folders(file.parent_path(), failed);
     if (failed) refuse("cannot be written: " + failed.message());

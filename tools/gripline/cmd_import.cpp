@@ -38,10 +38,13 @@ void print(const std::vector<measured::Finding>& findings) {
   const auto pad = [](const std::string& text, std::size_t to) {
     return text + std::string(to - text.size() + 2, ' ');
   };
+  const auto is_bad = [](const measured::Finding& f) { return f.level == measured::Finding::Level::bad; };
   std::cout << pad("check", width) << pad("found", middle) << "done\n";
   for (const measured::Finding& f : findings)
-    std::cout << pad(f.check, width) << pad(f.found, middle) << f.done
-              << (f.level == measured::Finding::Level::bad ? "  (!)" : "") << '\n';
+    std::cout << pad(f.check, width) << pad(f.found, middle) << f.done << (is_bad(f) ? "  (!)" : "") << '\n';
+  if (std::ranges::any_of(findings, is_bad))
+    std::cout << "(!): look at this before the log is used: the log or its map may be wrong there, or the log cannot "
+                 "tell what is named\n";
 }
 
 /// A recording of ROS, by its first bytes or, of what cannot be read, by its name.

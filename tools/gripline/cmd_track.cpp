@@ -12,6 +12,7 @@
 #include "config/json_file.hpp"
 #include "config/shipped.hpp"
 #include "geometry/corner_room.hpp"
+#include "geometry/place_text.hpp"
 #include "geometry/racing_line.hpp"
 #include "geometry/road_reading.hpp"
 #include "geometry/road_smoothing.hpp"
@@ -74,9 +75,9 @@ void tell_steps(Table& table, const RoadTable& road) {
   const std::vector<WidthStep> steps = width_steps(road);
   if (steps.empty()) return;
   const WidthStep& s = steps.front();
-  table.row("steps of width", format("%zu; the first on the %s near (%.5g, %.5g), from %.4g to %.4g m (--smooth evens "
-                                     "them out)",
-                                     steps.size(), s.right ? "right" : "left", s.at.x, s.at.y, s.from, s.to));
+  table.row("steps of width",
+            format("%zu; the first on the %s near %s, from %.4g to %.4g m (--smooth evens them out)", steps.size(),
+                   s.right ? "right" : "left", place_text(s.at.x, s.at.y, 5).c_str(), s.from, s.to));
 }
 
 /// The sharpest bend, seen over half the least width and two steps: at the joins of straights and arcs, and at noise, a
@@ -129,8 +130,8 @@ void tell(const Track& track, const RoadTable& road) {
   tell_sharpest(table, track, road);
   if (high > low) table.row("heights", format("%.4g m between the lowest and the highest place", high - low));
   for (const Crossing& c : track.crossings())
-    table.row("bridge", format("at (%.5g, %.5g): s = %.5g m and s = %.5g m, at %.0f degrees", c.x, c.y, c.first,
-                               c.second, c.angle * 180.0 / std::numbers::pi));
+    table.row("bridge", format("at %s: s = %.5g m and s = %.5g m, at %.0f degrees", place_text(c.x, c.y, 5).c_str(),
+                               c.first, c.second, c.angle * 180.0 / std::numbers::pi));
   tell_steps(table, road);
   warn_of_kinks(track);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "geometry/place_text.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -15,7 +16,7 @@ std::string step_place(std::span<const PlanePoint> points, std::span<const int> 
   if (i + 1 == points.size()) return "the last point and the first";
   if (lines.size() == points.size() && lines[i] > 0 && lines[i + 1] > 0)
     return format("lines %d and %d", lines[i], lines[i + 1]);
-  return format("(%.6g, %.6g) and (%.6g, %.6g)", points[i].x, points[i].y, points[i + 1].x, points[i + 1].y);
+  return place_text(points[i].x, points[i].y, 6) + " and " + place_text(points[i + 1].x, points[i + 1].y, 6);
 }
 
 /// Step i of a closed line beside those before and after it.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "util/numbers.hpp"
+#include "geometry/place_text.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline {
@@ -119,10 +119,8 @@ void check_crossing(const ClosedCurve& centre, const MiddleLine& middle, const C
     const PlanePoint a = inner.at(middle.on_inner[i]), b = outer.at(middle.on_outer[i]);
     const double dx = inner_left ? a.x - b.x : b.x - a.x, dy = inner_left ? a.y - b.y : b.y - a.y;
     if (std::cos(at.yaw) * dy - std::sin(at.yaw) * dx < -0.5 * std::hypot(dx, dy))
-      throw GeometryError(
-          format("the two edges cross each other: near (%.5g, %.5g) the left one is to the right of the "
-                 "other",
-                 at.x, at.y));
+      throw GeometryError("the two edges cross each other: near " + place_text(at.x, at.y, 5) +
+                          " the left one is to the right of the other");
   }
 }
 

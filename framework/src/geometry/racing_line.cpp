@@ -4,6 +4,7 @@
 #include <array>
 
 #include "geometry/cyclic_box_qp.hpp"
+#include "geometry/place_text.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline {
@@ -215,9 +216,9 @@ std::string check_car_turns(const Track& track, double car_width, double least_r
   const double radius = 1.0 / std::abs(tightest->kappa);
   if (radius >= 0.95 * least_radius) return {};
   return format(
-      "a turn is tighter than the car can steer: at s = %.4g m, near (%.4g, %.4g), the widest line has a "
+      "a turn is tighter than the car can steer: at s = %.4g m, near %s, the widest line has a "
       "radius of %.3g m, the car's least is %.3g m",
-      tightest->centre_s, tightest->x, tightest->y, radius, least_radius);
+      tightest->centre_s, place_text(tightest->x, tightest->y).c_str(), radius, least_radius);
 }
 
 RacingLine describe_line(const Track& track, ClosedCurve curve, double spacing) {

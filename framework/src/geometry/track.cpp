@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "geometry/place_text.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline {
@@ -221,18 +222,18 @@ std::string doubt_about_widths(double length, double half_width) {
         doubt_about_widths(length, half_width));
   }
   std::string text = format(
-      "the road crosses or overlaps itself: it comes to (%.4g, %.4g) at s = %.4g m and at s = "
+      "the road crosses or overlaps itself: it comes to %s at s = %.4g m and at s = "
       "%.4g m",
-      here.x, here.y, std::min(here.s, other.s), std::max(here.s, other.s));
+      place_text(here.x, here.y).c_str(), std::min(here.s, other.s), std::max(here.s, other.s));
   if (!bridges.level().empty()) {
     const Crossing& c = bridges.level().front();
-    text += format("; a bridge at (%.4g, %.4g)? \"bridges\": true says so, or heights that differ by %.3g m there", c.x,
-                   c.y, bridges.clearance());
+    text += format("; a bridge at %s? \"bridges\": true says so, or heights that differ by %.3g m there",
+                   place_text(c.x, c.y).c_str(), bridges.clearance());
   }
   if (bridges.level().empty() && !bridges.flat().empty()) {
     const Crossing& c = bridges.flat().front();
-    text += format("; a crossing at %.3g degrees, near (%.4g, %.4g), is no bridge: expected 30 or more",
-                   c.angle * 180.0 / std::numbers::pi, c.x, c.y);
+    text += format("; a crossing at %.3g degrees, near %s, is no bridge: expected 30 or more",
+                   c.angle * 180.0 / std::numbers::pi, place_text(c.x, c.y).c_str());
   }
   throw GeometryError(text + doubt_about_widths(length, half_width));
 }
@@ -292,8 +293,8 @@ void check_retrace(const TrackShape& shape, const std::vector<Station>& road, Sq
       if (!bridges.explain(here.s, other.s, road)) first = j;
     }
     if (first == road.size()) continue;
-    throw GeometryError(format("the road runs over itself: it is at (%.4g, %.4g) at s = %.4g m and again at s = %.4g m",
-                               here.x, here.y, here.s, road[first].centre.s));
+    throw GeometryError(format("the road runs over itself: it is at %s at s = %.4g m and again at s = %.4g m",
+                               place_text(here.x, here.y).c_str(), here.s, road[first].centre.s));
   }
 }
 
@@ -441,9 +442,8 @@ std::string check_start(const Track& track, const Pose& start) {
   if (!track.inside(place)) {
     const bool left = place.n > 0.0;
     return format(
-        "start (%.4g, %.4g) is off the track: %.4g m %s of the centre line at s = %.4g m, where the half width is %.4g "
-        "m",
-        start.x, start.y, std::abs(place.n), left ? "left" : "right", place.s,
+        "start %s is off the track: %.4g m %s of the centre line at s = %.4g m, where the half width is %.4g m",
+        place_text(start.x, start.y).c_str(), std::abs(place.n), left ? "left" : "right", place.s,
         left ? track.half_width_left(place.s) : track.half_width_right(place.s));
   }
   if (std::abs(heading) > 0.5 * std::numbers::pi) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <span>
 
 #include "calibrate/effects/effect_trial.hpp"
 #include "calibrate/fit/handling.hpp"
@@ -19,6 +20,16 @@ std::string padded(std::string name, std::size_t width) {
 
 std::string percents(const char* pattern, const calibrate::ForecastChange& c) {
   return format(pattern, 100.0 * c.change, 100.0 * c.low, 100.0 * c.high);
+}
+
+/// Why there is no table of effects that were fitted alone.
+std::string none_tried(std::span<const ScoredEffect> ranking) {
+  const std::string none = "\nno effect was fitted alone: ";
+  if (ranking.empty()) return none + "there is none that the world lacks and these logs could show\n";
+  const ScoredEffect& best = *std::ranges::max_element(ranking, {}, &ScoredEffect::less_error);
+  return none + "to first order none of " + std::to_string(ranking.size()) +
+         " takes enough off the squared error, and the log's blocks of time agree on none (the most: " + best.effect +
+         format(", %.2g %%)\n", 100.0 * best.less_error);
 }
 
 }  // namespace
@@ -48,9 +59,10 @@ std::string calibrated_table(const MissingEffects& found) {
 }
 
 std::string tried_table(const MissingEffects& found) {
-  std::string table = "\nalone               squared error, fitted   predictions of the same logs' time not fitted\n";
   std::vector<ScoredEffect> tried;
   std::ranges::copy_if(found.ranking, std::back_inserter(tried), &ScoredEffect::tried);
+  if (tried.empty()) return none_tried(found.ranking);
+  std::string table = "\nalone               squared error, fitted   predictions of the same logs' time not fitted\n";
   std::ranges::stable_sort(tried, std::greater<>(), &ScoredEffect::less_error);
   for (const ScoredEffect& r : tried)
     table += padded(r.effect, 18) + format(" %+18.1f %%", -100.0 * r.less_error) +

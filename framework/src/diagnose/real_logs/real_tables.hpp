@@ -12,7 +12,7 @@ namespace gripline::diagnose {
 std::string named_table(const MissingEffects& found);
 /// What calibration, beside the effects named, made of the world's own parameters that the logs determine.
 std::string calibrated_table(const MissingEffects& found);
-/// What the effects that were fitted do by themselves, the largest gain first.
+/// What the effects that were fitted do by themselves, the largest gain first; or, in words, why none was fitted.
 std::string tried_table(const MissingEffects& found);
 /// What the effects named do to each log.
 std::string sessions_table(const MissingEffects& found);

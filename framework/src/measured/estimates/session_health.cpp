@@ -9,6 +9,7 @@
 #include "measured/readings/held_readings.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 #include "measured/session/session_doubts.hpp"
+#include "measured/session/session_windows.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -130,20 +131,36 @@ void repeated_commands(const SessionFile& file, std::vector<Finding>& out) {
   look_at(s.steering_between, "delta");
 }
 
-void jumps(const SessionFile& file, std::vector<Finding>& out) {
-  const Session& s = file.session;
+/// The session with the readings only of rows in which the car moves: while it stands its channels hardly change, and
+/// what is usual of all rows is next to nothing where it stands half of the time.
+Session while_moving(Session s) {
+  const std::vector<bool> moving = moving_rows(s);
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    if (!moving[i]) std::fill_n(s.reading.begin() + static_cast<std::ptrdiff_t>(i * channels), channels, not_a_number);
+  return s;
+}
+
+/// Sizes of a channel's second differences from row to row.
+Values second_differences(const Session& s, std::size_t c, double row_step) {
+  Values second;
+  for (std::size_t i = 2; i < s.rows(); ++i) {
+    const double d = s.at(i, c) - 2.0 * s.at(i - 1, c) + s.at(i - 2, c);
+    if (!std::isnan(d) && s.t[i] - s.t[i - 2] < 3.0 * row_step) second.push_back(std::abs(d));
+  }
+  return second;
+}
+
+/// Jumps of all rows, by what is usual while the car moves.
+void jumps(const SessionFile& file, const Session& moving, std::vector<Finding>& out) {
   for (std::size_t c = 0; c < channels; ++c) {
-    Values second;
-    for (std::size_t i = 2; i < s.rows(); ++i) {
-      const double d = s.at(i, c) - 2.0 * s.at(i - 1, c) + s.at(i - 2, c);
-      if (!std::isnan(d) && s.t[i] - s.t[i - 2] < 3.0 * file.row_step) second.push_back(std::abs(d));
-    }
-    if (second.size() < 100) continue;
-    const double usual = median(second);
+    const Values second = second_differences(file.session, c, file.row_step),
+                 in_motion = second_differences(moving, c, file.row_step);
+    if (in_motion.size() < 100) continue;
+    const double usual = median(in_motion);
     const auto far = std::count_if(second.begin(), second.end(), [&](double d) { return d > 60.0 * usual; });
     if (usual > 0.0 && far > 0)
       out.push_back({Level::note, channel_info[c].name,
-                     std::to_string(far) + " jumps of more than 60 times its usual change",
+                     std::to_string(far) + " jumps of more than 60 times its usual change in motion",
                      "kept; the fit gives them little weight"});
   }
 }
@@ -187,7 +204,8 @@ std::vector<Finding> health_of(const SessionFile& file) {
   rate_and_gaps(file, out);
   held_and_jumping(file, out);
   repeated_commands(file, out);
-  jumps(file, out);
+  const Session moving = while_moving(s);
+  jumps(file, moving, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
   for (Finding& finding : doubts_about(file)) out.push_back(std::move(finding));
   const Session own = at_centre_of_gravity(file);
@@ -198,7 +216,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
                        significant(slip->period) + " s, at " + significant(slip->phase) + " s of each",
                    "kept as it is: predictions of whole periods do not see it, others miss by as much"});
   for (std::size_t c = 0; c < channels; ++c)
-    if (const auto noise = s.has[c] ? noise_of(s, c, file.row_step) : std::nullopt) add_noise(*noise, c, out);
+    if (const auto noise = s.has[c] ? noise_of(moving, c, file.row_step) : std::nullopt) add_noise(*noise, c, out);
   for (const PairDelay& d : pairwise_delays_of_file(file))
     out.push_back(
         {Level::good, std::string("delay of ") + d.channel,

@@ -23,7 +23,8 @@ std::optional<TimingSlip> timing_slip(const Session& session, double row_step);
 /// Commands that stay where they are: what they do to the car cannot be learned from this log.
 std::vector<Finding> constant_commands(const Session& session);
 
-/// All of it as lines of a table, after what reading found.
+/// All of it as lines of a table, after what reading found. What is usual of a channel, and its noise, are of the rows in
+/// which the car moves (moving_rows).
 std::vector<Finding> health_of(const SessionFile& file);
 
 }  // namespace gripline::measured

@@ -18,6 +18,15 @@ void append(std::string& line, double value, int digits) {
   if (code == std::errc()) line.append(buffer, end);
 }
 
+/// Of a group of which no delay is known. A table of health may have one of it against a command, which says how the car
+/// answers and not how late the channel is.
+std::string no_delay_text(std::size_t group) {
+  const char* const against =
+      delay_names[group == delay_group[Channel::yaw_rate] ? delay_group[Channel::yaw] : delay_group[Channel::x]];
+  return std::string(delay_names[group]) + ": no delay against " + against +
+         " could be found, so none is taken off (one against a command is the car's own response too)";
+}
+
 }  // namespace
 
 std::vector<std::string> write_gripline_log(const std::filesystem::path& file, const SessionFile& from,
@@ -28,7 +37,7 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
   constexpr double least = 1e-3;  // [s] shorter delays are none
   for (std::size_t g = 0; g < delay_groups; ++g) {
     if (std::isnan(delays[g])) {
-      done.push_back(std::string(delay_names[g]) + ": no delay could be found; none is taken off");
+      done.push_back(no_delay_text(g));
       delays[g] = 0.0;
     } else if (std::abs(delays[g]) < least) {
       delays[g] = 0.0;

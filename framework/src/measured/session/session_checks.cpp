@@ -129,11 +129,9 @@ class Checks {
       if (std::isfinite(speed_of(w))) speeds.push_back(std::abs(speed_of(w)));
     const double most = lower_quantile(speeds, 0.98);
     if (speeds.size() < 10) refuse("fewer than 5 s with readings; 60 s are good");
-    // Receivers show a few centimetres per second for a car at rest, whatever its size.
-    constexpr double standing = 0.1;  // [m/s]
-    if (most < std::max(standing, 0.05 * v_ref_))
+    if (most < std::max(standing_speed, 0.05 * v_ref_))
       refuse("the car is parked: its speed stays below " + significant(most) + " m/s; expected a log of driving" +
-             (most >= standing ? " (at about " + significant(v_ref_) + " m/s, by the world)" : ""));
+             (most >= standing_speed ? " (at about " + significant(v_ref_) + " m/s, by the world)" : ""));
   }
 
   void speed() const {

@@ -2,22 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
-#include "config/errors.hpp"
-#include "config/units.hpp"
 #include "measured/readings/held_readings.hpp"
-#include "measured/readings/reading_pace.hpp"
 #include "measured/readings/unwrapped_angles.hpp"
+#include "measured/session/channel_reader.hpp"
 #include "measured/session/log_clock.hpp"
+#include "measured/session/session_commands.hpp"
 #include "measured/table/delimited_table.hpp"
 #include "measured/table/earth_places.hpp"
-#include "measured/table/formula.hpp"
 #include "measured/table/placeholder_places.hpp"
 #include "measured/table/refuse_file.hpp"
 #include "measured/table/row_times.hpp"
 #include "util/numbers.hpp"
-#include "util/statistics.hpp"
 
 namespace gripline::measured {
 namespace {
@@ -53,89 +49,9 @@ class SessionReader {
   void note(std::string check, std::string found, std::string done, Level level = Level::note) {
     out_.findings.push_back({level, std::move(check), std::move(found), std::move(done)});
   }
-  std::string place_in_map(const MappedChannel& channel) const {
-    return map_.file.empty() ? std::string() : " (" + channel.origin.pointer + " of " + map_.file.string() + ")";
-  }
-
-  /// What one of the channel's numbers is in SI: by the map's unit, else by the unit in the table's header.
-  double factor_of(const MappedChannel& channel, const char* unit, const Formula& formula) {
-    if (!channel.unit.empty()) return to_si("1 " + channel.unit, unit);
-    if (formula.columns().size() != 1) return 1.0;
-    const std::string& name = table_.name[formula.columns()[0]];
-    const bool bare = channel.formula == name || channel.formula == '`' + name + '`';
-    if (!bare && !channel.formula.starts_with('`')) return 1.0;
-    const std::string& written = table_.unit[formula.columns()[0]];
-    if (written.empty()) return 1.0;
-    // Arithmetic may convert already what only a reader of headers understands.
-    const std::string known = header_unit(written, unit, bare);
-    if (!known.empty()) unit_of_header_ = true;
-    if (!known.empty()) return to_si("1 " + known, unit);
-    if (!bare) return 1.0;
-    note("unit", name + ": the header's \"" + written + "\" is no unit of this kind",
-         std::string("taken for ") + unit + "; `unit` in the map says another");
-    return 1.0;
-  }
-
-  struct UnreadColumn {
-    std::string message;
-    int line;
-  };
-
-  /// Says once of a column that text stands where numbers are expected; a column of nothing else is refused.
-  void check_cells(std::size_t column, bool of_time) {
-    if (column >= table_.unread.size() || table_.unread[column].cells == 0) return;
-    const DelimitedTable::Unread& unread = table_.unread[column];
-    const bool none = std::ranges::all_of(table_.column[column], [](double v) { return std::isnan(v); });
-    const std::string forms =
-        of_time ? "; times are read as 12.5, 1:02.5, 12:34:56.7 and 2018-04-08 10:31:37.5" : std::string();
-    const std::string first = "\"" + unread.first + "\"";
-    if (none)
-      throw UnreadColumn{"column " + table_.name[column] + ": none of its cells is a number; the first is " + first +
-                             (of_time ? forms : "; expected numbers alone, as 12.5 or -2e-3"),
-                         unread.line};
-    if (!told_.insert(column).second) return;
-    note("cells",
-         table_.name[column] + ": " + std::to_string(unread.cells) + " are no numbers, the first " + first +
-             " in line " + std::to_string(unread.line) + forms,
-         "taken for missing");
-  }
-
-  /// Which of two columns of one name is meant, nobody can tell.
-  void check_name(std::size_t column) const {
-    const std::string& name = table_.name[column];
-    if (std::ranges::find(table_.repeated, name) == table_.repeated.end()) return;
-    throw UnreadColumn{
-        "column " + name + " stands more than once in the header; expected each column that is read once", 0};
-  }
-
-  Values evaluate(const MappedChannel& channel, const char* unit, const char* name) {
-    try {
-      const Formula formula(channel.formula, table_, std::string(name));
-      for (const std::size_t column : formula.columns()) {
-        check_name(column);
-        check_cells(column, name == std::string_view("time"));
-      }
-      Values values = formula.evaluate(table_, time_all_);
-      const double factor = channel.sign * factor_of(channel, unit, formula);
-      for (double& v : values) v = std::isfinite(v) ? factor * v : not_a_number;
-      return values;
-    } catch (const UnreadColumn& problem) {
-      refuse_file(table_.file, problem.message, problem.line);
-    } catch (const InputError& problem) {
-      if (map_.file.empty()) refuse_file(table_.file, problem.what(), 1);
-      Diagnostic d;
-      d.file = map_.file.string();
-      d.line = channel.origin.line;
-      d.column = channel.origin.column;
-      d.pointer = channel.origin.pointer;
-      d.message = std::string(problem.what()) + " in " + table_.file.string();
-      throw InputError({d});
-    }
-  }
-
   void read_time() {
     if (map_.file.empty() && table_.find(map_.time.formula) < 0) refuse_missing(map_.time.formula);
-    time_all_ = evaluate(map_.time, "s", "time");
+    time_all_ = reader_.read(map_.time, "s", "time", time_all_).value;
     const int column = table_.find(map_.time.formula);
     const bool of_clock = column >= 0 && table_.is_clock(static_cast<std::size_t>(column));
     RowTimes rows = order_rows(table_, time_all_, of_clock, out_.findings);
@@ -151,11 +67,10 @@ class SessionReader {
     const SourceInfo& info = source_info(source);
     const bool own_log = map_.file.empty();
     if (own_log && table_.find(info.column) < 0) return;  // absent; check_needed says what must be there
-    unit_of_header_ = false;
-    const Values all = evaluate(channel, info.unit, info.name);
-    of_header_[static_cast<std::size_t>(source)] = unit_of_header_;
+    const ChannelValues all = reader_.read(channel, info.unit, info.name, time_all_);
+    of_header_[static_cast<std::size_t>(source)] = all.unit_of_header;
     Values& to = of(source);
-    for (const std::size_t r : row_) to.push_back(all[r]);
+    for (const std::size_t r : row_) to.push_back(all.value[r]);
     const bool command = source == Source::d || source == Source::delta;
     if (!command && std::ranges::all_of(to, [](double v) { return std::isnan(v); })) {
       to.clear();
@@ -220,7 +135,7 @@ class SessionReader {
     channel.formula = map_.valid;
     channel.sign = 1;
     channel.unit.clear();
-    const Values all = evaluate(channel, "1", "valid");
+    const Values all = reader_.read(channel, "1", "valid", time_all_).value;
     std::size_t dropped = 0;
     for (std::size_t i = 0; i < row_.size(); ++i) {
       if (all[row_[i]] != 0.0 && !std::isnan(all[row_[i]])) continue;
@@ -344,60 +259,15 @@ class SessionReader {
         for (std::size_t i = 0; i < n; ++i) s.reading[i * channels + c] = values_[c][i];
     out_.has_throttle = has(Source::d);
     if (!out_.has_throttle) note("throttle", "absent", "vx is taken from the log: the lateral motion is judged");
-    CommandSample<double> now{0.0, 0.0};
-    std::size_t missing = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const double d = out_.has_throttle ? of(Source::d)[i] : 0.0;
-      const double delta = of(Source::delta)[i];
-      missing += std::isnan(d) || std::isnan(delta);
-      if (!std::isnan(d)) now.d = d;
-      if (!std::isnan(delta)) now.delta = delta;
-      s.command.push_back(now);
-    }
-    if (missing > 0) note("commands", std::to_string(missing) + " rows without", "the last one is held");
-    s.throttle_between = between_rows(Source::d, &CommandSample<double>::d);
-    s.steering_between = between_rows(Source::delta, &CommandSample<double>::delta);
-    s.prescribed_speed = !out_.has_throttle;
-    check_pace("throttle", &CommandSample<double>::d, s.throttle_between.every);
-    check_pace("steering", &CommandSample<double>::delta, s.steering_between.every);
-  }
-
-  BetweenRows between_rows(Source source, double CommandSample<double>::*command) const {
-    BetweenRows between = map_[source] ? map_[source]->between : BetweenRows{};
-    Values values;
-    for (const CommandSample<double>& c : out_.session.command) values.push_back(c.*command);
-    between.repeats = rows_between_new(out_.session.t, values);
-    return between;
-  }
-
-  void check_pace(const char* name, double CommandSample<double>::*command, double every) {
-    if (!(every > 0.0)) return;
-    const Session& s = out_.session;
-    ReadingPace pace(every, s.t.front());
-    Values intervals;
-    std::size_t stood = 0, until = 0;  // changes that are taken as they stand, and all of them up to the last of these
-    for (std::size_t i = 1; i < s.rows(); ++i) {
-      if (s.command[i].*command == s.command[i - 1].*command) continue;
-      intervals.push_back(s.t[i] - pace.last());
-      pace.change(s.t[i]);
-      if (!pace.kept()) ++stood, until = intervals.size();
-    }
-    if (stood == 0) return;
-    const std::string of = std::to_string(stood) + " of " + std::to_string(intervals.size());
-    intervals.resize(until);
-    note(name,
-         "changes every " + significant(median(std::move(intervals)), 2) + " s, the map says read every " +
-             significant(every) + " s",
-         of + " changes are taken as they stand in the rows");
+    fill_commands(s, of(Source::d), of(Source::delta), map_, out_.findings);
   }
 
   const LogMap& map_;
   DelimitedTable table_;
   SessionFile out_;
+  ChannelReader reader_{table_, map_, out_.findings};
   Values time_all_;               // of the table's rows, from the first that counts on
   std::vector<std::size_t> row_;  // of the table, by row of the session
-  std::set<std::size_t> told_;    // columns of which it is said that cells are no numbers
-  bool unit_of_header_ = false;   // the channel that was evaluated last has the unit of the table's header
   std::array<bool, source_count> of_header_{};
   std::array<Values, source_count> values_;
 };

@@ -81,6 +81,23 @@ std::vector<SessionWindow> session_windows(Session s) {
   return windows;
 }
 
+std::vector<bool> moving_rows(const Session& session) {
+  constexpr double share = 0.05;
+  const std::vector<SessionWindow> windows = session_windows(session);
+  std::vector<double> speeds;
+  for (const SessionWindow& w : windows)
+    if (std::isfinite(speed_of(w))) speeds.push_back(std::abs(speed_of(w)));
+  const double slowest = std::max(standing_speed, speeds.empty() ? 0.0 : share * lower_quantile(speeds, 0.98));
+  const auto moves = [&](const SessionWindow& w) { return std::abs(speed_of(w)) > slowest; };
+  const bool none = std::ranges::none_of(windows, moves);
+  std::vector<bool> moving(session.rows(), none);
+  for (const SessionWindow& w : windows)
+    for (std::size_t i = session.row_before(w.begin);
+         moves(w) && i < session.rows() && session.t[i] <= w.begin + w.seconds + 1e-9; ++i)
+      moving[i] = true;
+  return moving;
+}
+
 double speed_over_path(const std::vector<SessionWindow>& windows) {
   return usual_ratio(
       windows, [](const SessionWindow& w) { return w.speed; }, [](const SessionWindow& w) { return w.way / w.seconds; },

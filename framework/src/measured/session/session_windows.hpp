@@ -26,7 +26,14 @@ std::vector<SessionWindow> session_windows(Session session);
 /// By vx, or where that was not read by place [m/s].
 inline double speed_of(const SessionWindow& w) { return std::isnan(w.speed) ? w.way / w.seconds : w.speed; }
 
+/// Receivers show a few centimetres per second for a car at rest, whatever its size.
+inline constexpr double standing_speed = 0.1;  // [m/s]
+
 inline constexpr std::size_t least_of_ratio = 10;  // windows that a ratio of channels is the median of
+
+/// By row, whether the car moves in half a second around it: faster than receivers show of a car at rest, and than a
+/// twentieth of what it exceeds in 2 % of the windows. True of all rows where no window shows a speed, or none such.
+std::vector<bool> moving_rows(const Session& session);
 
 /// How many times the speed at which the place moves vx is; NaN where they cannot be compared.
 double speed_over_path(const std::vector<SessionWindow>& windows);

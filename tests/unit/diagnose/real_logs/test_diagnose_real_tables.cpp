@@ -44,6 +44,19 @@ TEST(RealTables, NothingNamedHasNoTables) {
   EXPECT_EQ(calibrated_table(found), "");
 }
 
+TEST(RealTables, WithoutAnEffectThatWasFittedAloneWordsSayWhy) {
+  MissingEffects found;
+  EXPECT_EQ(tried_table(found),
+            "\nno effect was fitted alone: there is none that the world lacks and these logs could show\n");
+  for (const auto& [effect, gain] : {std::pair("drag", 0.004), std::pair("steer_lag", 0.0071)})
+    found.ranking.push_back({effect, gain, false, 0.0, {}});
+  EXPECT_EQ(tried_table(found),
+            "\nno effect was fitted alone: to first order none of 2 takes enough off the squared error, and the log's "
+            "blocks of time agree on none (the most: steer_lag, 0.71 %)\n");
+  found.ranking.front().tried = true;
+  EXPECT_THAT(tried_table(found), StartsWith("\nalone  "));
+}
+
 TEST(RealTables, CalibratedAreNeitherTheObserversNorOfEffectsNamed) {
   MissingEffects found = found_one("a");
   for (const char* pointer : {"/plant/params/Bf", "/calibration/observer/yaw", "/plant/effects/drag/params/k"}) {

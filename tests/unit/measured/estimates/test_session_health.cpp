@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <random>
+#include <string>
 
 #include "support/wandering_session.hpp"
 
@@ -54,6 +58,39 @@ TEST(Health, TellsRateGapsHeldChannelsAndJumps) {
   EXPECT_TRUE(has("vy", "every 4 rows"));
   EXPECT_TRUE(has("yaw", "jumps"));
   EXPECT_TRUE(has("noise of vx", "lag-one correlation"));
+}
+
+/// A car that drives for 100 s, read with white noise, and stands for 120 s, where its channels hardly change.
+TEST(Health, WhatIsUsualIsThatOfACarThatMoves) {
+  constexpr std::array<double, channels> sigma = {0.01, 0.01, 0.002, 0.03, 0.01, 0.01};
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  SessionFile file;
+  file.row_step = 0.04;
+  Session& s = file.session;
+  s = wandering(
+      [&](double, std::size_t, auto& row, auto&, auto&, auto&) {
+        for (std::size_t c = 0; c < channels; ++c) row[c] += sigma[c] * normal(random);
+      },
+      100.0);
+  std::array<double, channels> rest{s.at(s.rows() - 1, Channel::x), s.at(s.rows() - 1, Channel::y),
+                                    s.at(s.rows() - 1, Channel::yaw)};
+  for (int k = 0; k < 3000; ++k) {
+    s.t.push_back(s.t.back() + file.row_step);
+    for (std::size_t c = 0; c < channels; ++c) s.reading.push_back(rest[c] + 1e-3 * sigma[c] * normal(random));
+    s.command.push_back({});
+  }
+  const auto lines = health_of(file);
+  const auto line = [&](const std::string& check, const char* words) {
+    const auto at = std::ranges::find_if(
+        lines, [&](const Finding& f) { return f.check == check && f.found.find(words) != std::string::npos; });
+    return at == lines.end() ? std::string() : at->found;
+  };
+  for (const std::size_t c : {Channel::x, Channel::y, Channel::yaw}) {
+    const std::string name = channel_info[c].name, noise = line("noise of " + name, "lag-one");
+    EXPECT_EQ(line(name, "jumps"), "") << "driving is no jump";
+    EXPECT_NEAR(std::atof(noise.c_str()), sigma[c], 0.1 * sigma[c]) << noise;
+  }
 }
 
 TEST(Health, OneConstantCommandOrBothAreTold) {

@@ -59,10 +59,20 @@ TEST(GriplineLog, ColumnsAreThoseOfTheCentreOfGravityAtTheRowsTime) {
 TEST(GriplineLog, OfADelayThatIsNotKnownNothingIsTakenOff) {
   const auto out = scratch("own.csv");
   const auto done = write_gripline_log(out, circling(), Delays{0.0, 0.0005, 0.0, NAN});
-  EXPECT_EQ(done, std::vector<std::string>{"yaw_rate: no delay could be found; none is taken off"});
+  EXPECT_EQ(done,
+            std::vector<std::string>{"yaw_rate: no delay against yaw could be found, so none is taken off (one against "
+                                     "a command is the car's own response too)"});
   const std::vector<double> rate = read_csv(out, true).column("yaw_rate_radps");
   for (std::size_t i = 0; i < 390; i += 13)
     EXPECT_NEAR(rate[i], 0.5 + 0.01 * (0.05 * static_cast<double>(i) - 0.2), 1e-6) << i;
+}
+
+/// Beside a delay of the same channel against a command, a sentence that none was found would contradict it.
+TEST(GriplineLog, WhatADelayWasLookedForAgainstIsSaid) {
+  const auto done = write_gripline_log(scratch("own.csv"), circling(), Delays{0.0, 0.0, NAN, 0.0});
+  ASSERT_EQ(done.size(), 1u);
+  EXPECT_TRUE(done[0].starts_with("velocity: no delay against position could be found, so none is taken off"))
+      << done[0];
 }
 
 TEST(GriplineLog, WhatTheSessionLacksIsNoColumn) {

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <numbers>
-#include <sstream>
 
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
@@ -20,7 +18,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using namespace test;
 using testing_support::scratch;
-constexpr double pi = std::numbers::pi;
 
 TEST(SessionFile, ReadsGriplinesOwnColumnsAndUnwrapsYaw) {
   const SessionFile file = read_session(plain_log(), gripline_map());
@@ -30,24 +27,6 @@ TEST(SessionFile, ReadsGriplinesOwnColumnsAndUnwrapsYaw) {
   EXPECT_TRUE(file.has_throttle);
   for (std::size_t i = 1; i < s.rows(); ++i) EXPECT_LT(std::abs(s.at(i, 2) - s.at(i - 1, 2)), 0.2);
   EXPECT_EQ(s.command[5].d, 0.2);
-}
-
-TEST(SessionFile, UnitsSignsAndFormulasAreApplied) {
-  const auto log = log_of(
-      "ms;east;kmh;wheel;gas;off", [](std::ostream& out, double t, double x, double, double, double, double delta) {
-        out << 1000 * t << ';' << x << ";36;" << -15 * delta * 180 / pi << ";25;" << (t > 20 ? 1 : 0) << '\n';
-      });
-  const LogMap map = map_of(R"map({"time": {"column": "ms", "unit": "ms"}, "channels": {
-    "vx": {"column": "kmh", "unit": "km/h"}, "yaw_rate": {"formula": "0 * kmh"},
-    "delta": {"formula": "wheel / 15", "unit": "deg", "sign": -1},
-    "d": {"formula": "if(off > 0.5, 0, gas / 100)"}}})map");
-  const Session s = read_session(log, map).session;
-  EXPECT_NEAR(s.t[1], 0.05, 1e-12);
-  EXPECT_NEAR(s.at(3, 3), 10.0, 1e-12);
-  EXPECT_NEAR(s.command[100].delta, 0.6 * std::sin(0.8 * 5.0) * 0.26, 1e-9);
-  EXPECT_EQ(s.command[100].d, 0.25);
-  EXPECT_EQ(s.command[500].d, 0.0);
-  EXPECT_FALSE(s.has[0]);
 }
 
 TEST(SessionFile, HeldReadingsAreReadWhenTheyAreNew) {
@@ -62,52 +41,6 @@ TEST(SessionFile, HeldReadingsAreReadWhenTheyAreNew) {
   for (std::size_t i = 0; i < s.rows(); ++i) read += !std::isnan(s.at(i, 3));
   EXPECT_EQ(read, 40u);  // once a second
   EXPECT_TRUE(s.prescribed_speed);
-}
-
-TEST(SessionFile, ACommandThatChangesMoreOftenThanTheMapSaysIsSaid) {
-  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
-                          [](std::ostream& out, double t, double, double, double, double rate, double) {
-                            out << t << ",10," << rate << ',' << 0.01 * std::sin(std::floor(t / 0.1 + 1e-6)) << '\n';
-                          });
-  const auto said = [&](const char* every) {
-    std::string text = R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
-      "delta": {"column": "delta_rad", "kind": "command", "every": ")";
-    text.append(every).append("\"}}}");
-    for (const Finding& f : read_session(log, map_of(text)).findings)
-      if (f.check == "steering") return std::string(f.found).append("; ").append(f.done);
-    return std::string();
-  };
-  EXPECT_EQ(said("0.1 s"), "");
-  EXPECT_EQ(
-      said("0.2 s"),
-      "changes every 0.1 s, the map says read every 0.2 s; 397 of 399 changes are taken as they stand in the rows");
-}
-
-TEST(SessionFile, ChangesThatComeTooSoonForAWhileAreCountedAsTheyAreRead) {
-  // Every 0.1 s for the first four seconds, every 0.2 s after: read one by one, changes up to about 12 s stand.
-  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,delta_rad",
-                          [](std::ostream& out, double t, double, double, double, double rate, double) {
-                            const double pace = t < 4.0 - 1e-6 ? 0.1 : 0.2;
-                            out << t << ",10," << rate << ',' << 0.01 * std::sin(std::floor(t / pace + 1e-6)) << '\n';
-                          });
-  const LogMap map = map_of(R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
-    "delta": {"column": "delta_rad", "kind": "command", "every": "0.2 s"}}})");
-  const SessionFile file = read_session(log, map);
-  std::string done;
-  for (const Finding& f : file.findings)
-    if (f.check == "steering") done = f.done;
-  const CommandGrid grid(file.session, 0.01);
-  std::size_t stand = 0, changes = 0;
-  for (std::size_t i = 1; i < file.session.rows(); ++i) {
-    if (file.session.command[i].delta == file.session.command[i - 1].delta) continue;
-    ++changes;
-    const auto k = static_cast<std::size_t>(std::lround((file.session.t[i] - grid.t0) / grid.dt));
-    stand += grid.fixed_at[1][k - 8] < file.session.t[i] - 1e-9;  // no straight line leads there
-  }
-  EXPECT_GT(stand, 40u);
-  EXPECT_LT(stand, changes / 2);
-  EXPECT_EQ(done, std::to_string(stand).append(" of ").append(std::to_string(changes)) +
-                      " changes are taken as they stand in the rows");
 }
 
 TEST(SessionFile, AHeldReadingThatStaysIsOfACarThatStands) {
@@ -208,13 +141,6 @@ TEST(SessionFile, LatitudesInRadiansStayWhatTheyAre) {
   EXPECT_FALSE(std::ranges::any_of(file.findings, [](const Finding& f) { return f.check == "unit"; }));
 }
 
-TEST(SessionFile, AColumnThatIsNotThereIsToldAtTheMapWithTheNearestName) {
-  const LogMap map = map_of(channels_json(R"(, "vy": {"column": "stear"})"));
-  const std::string message = why(own_log(), map);
-  EXPECT_THAT(message, AllOf(HasSubstr("map.json"), HasSubstr("/channels/vy"), HasSubstr("did you mean \"steer\"?")));
-  EXPECT_THAT(why(own_log(), gripline_map()), HasSubstr("columns missing"));
-}
-
 TEST(SessionFile, MapsAreReadStrictly) {
   const auto refused = [](const std::string& text) -> std::string {
     try {
@@ -239,29 +165,6 @@ TEST(SessionFile, TimeMustRunForward) {
   });
   EXPECT_THAT(why(log, map_of(channels_json(""))),
               AllOf(HasSubstr("time runs backward by 4.95 s, from 20 s to 15.05"), HasSubstr("cut the log")));
-}
-
-std::string notes_of(const SessionFile& file) {
-  std::string all;
-  for (const Finding& f : file.findings)
-    all.append(f.check).append(": ").append(f.found).append("; ").append(f.done) += '\n';
-  return all;
-}
-
-LogMap speed_map(const std::string& delta = R"("steer")") {
-  return map_of(R"({"time": "t", "channels": {"vx": "v", "yaw_rate": "r", "delta": )" + delta + "}}");
-}
-
-/// A log of t, v, r and steer whose times and speeds are printed by the caller.
-template <class Begin>
-std::filesystem::path log_with(Begin begin, double dt = 0.05) {
-  return log_of(
-      "t,v,r,steer",
-      [&](std::ostream& out, double t, double, double, double, double rate, double delta) {
-        begin(out, t);
-        out << ',' << rate << ',' << delta << '\n';
-      },
-      40.0, dt);
 }
 
 TEST(SessionFile, RowsBeforeTheFirstCommandAreLeftOut) {
@@ -348,33 +251,6 @@ TEST(SessionFile, LatitudeAndLongitudeZeroAreNoPlace) {
   EXPECT_THAT(notes_of(file), HasSubstr("place: 100 rows have the latitude and longitude 0, 0"));
 }
 
-TEST(SessionFile, AColumnThatIsReadStandsOnceInTheHeader) {
-  const auto twice = [](const char* header) {
-    return log_of(header, [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
-      out << t << ',' << x << ',' << y << ',' << yaw << ",10," << rate << ",0.2," << delta << ',' << x << '\n';
-    });
-  };
-  EXPECT_THAT(why(twice("t_s,x_m,y_m,yaw_rad,vx_mps,yaw_rate_radps,d,delta_rad,x_m"), gripline_map()),
-              HasSubstr("column x_m stands more than once in the header"));
-  EXPECT_EQ(why(twice("t_s,x_m,y_m,yaw_rad,vx_mps,yaw_rate_radps,d,delta_rad,spare"), gripline_map()), "fine");
-  const LogMap map = map_of(R"({"time": "t", "channels": {"x": "x", "y": "y", "delta": "delta"}})");
-  EXPECT_THAT(why(twice("t,x,y,yaw,v,r,d,delta,x"), map), HasSubstr("column x stands more than once"));
-  EXPECT_EQ(why(twice("t,x,y,d,v,r,d,delta,spare"), map), "fine") << "one that is not read";
-}
-
-TEST(SessionFile, TextWhereNumbersBelongIsSaid) {
-  const auto some =
-      log_with([](std::ostream& out, double t) { out << t << ',' << (t > 9.99 && t < 10.99 ? "10 m/s" : "10"); });
-  const SessionFile file = read_session(some, speed_map());
-  EXPECT_TRUE(std::isnan(file.session.at(200, Channel::vx)));
-  EXPECT_THAT(notes_of(file), HasSubstr("cells: v: 20 are no numbers, the first \"10 m/s\" in line 202; taken"));
-  const auto all = log_with([](std::ostream& out, double t) { out << t << ",1.0D+01"; });
-  EXPECT_THAT(why(all, speed_map()), AllOf(HasSubstr("column v: none of its cells is a number"),
-                                           HasSubstr("\"1.0D+01\""), HasSubstr("log.csv:2:")));
-  const auto time = log_with([](std::ostream& out, double t) { out << t << " PM,10"; });
-  EXPECT_THAT(why(time, speed_map()), AllOf(HasSubstr("column t: none"), HasSubstr("times are read as 12.5, 1:02.5")));
-}
-
 TEST(SessionFile, AColumnWithoutANumberIsAbsent) {
   const auto log = log_of("t_s,x_m,y_m,yaw_rad,vx_mps,yaw_rate_radps,delta_rad",
                           [](std::ostream& out, double t, double x, double y, double, double rate, double d) {
@@ -420,42 +296,6 @@ TEST(SessionFile, RowsInBurstsAreNoMilliseconds) {
   EXPECT_NEAR(read_session(log, speed_map()).row_step, 0.0125, 1e-4);
   const auto in_ms = log_with([](std::ostream& out, double t) { out << 1e-3 * t << ",10"; });
   EXPECT_THAT(why(in_ms, speed_map()), HasSubstr("time was taken for milliseconds"));
-}
-
-/// Commands of 10 Hz in rows of 20 Hz, through maps that say so or do not.
-TEST(SessionFile, WhatCommandsDoBetweenRowsIsStatedUsedAndShown) {
-  double last = 0;
-  std::size_t k = 0;
-  const auto log = log_of("t_s,vx_mps,yaw_rate_radps,d,delta_rad",
-                          [&](std::ostream& out, double t, double, double, double, double rate, double delta) {
-                            if (k++ % 2 == 0) last = delta;
-                            out << t << ",10," << rate << ',' << 0.2 + 0.01 * std::sin(t) << ',' << last << '\n';
-                          });
-  const auto session = [&](const std::string& more) {
-    return read_session(log, map_of(R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
-      "d": "d", "delta": {"column": "delta_rad")" +
-                                    more + "}}}"))
-        .session;
-  };
-  using Kind = BetweenRows::Kind;
-  const Session silent = session("");
-  EXPECT_EQ(silent.throttle_between.repeats, 1.0);
-  EXPECT_NEAR(silent.steering_between.repeats, 2.0, 0.1);
-  EXPECT_EQ(silent.steering_between.used, Kind::linear);
-  EXPECT_FALSE(silent.throttle_between.is_unexplained());
-  EXPECT_TRUE(silent.steering_between.is_unexplained());
-  const BetweenRows held = session(R"(, "hold": "held")").steering_between;
-  EXPECT_TRUE(held.held());
-  EXPECT_FALSE(held.is_unexplained());
-  EXPECT_NEAR(held.repeats, 2.0, 0.1) << "whatever is stated";
-  const BetweenRows paced = session(R"(, "every": 0.1)").steering_between;
-  EXPECT_EQ(paced.used, Kind::paced);
-  EXPECT_EQ(paced.every, 0.1);
-  EXPECT_FALSE(paced.is_unexplained());
-  EXPECT_FALSE(session(R"(, "hold": "sampled")").steering_between.is_unexplained());
-  const Session own = read_session(log, gripline_map()).session;
-  EXPECT_NEAR(own.steering_between.repeats, 2.0, 0.1);
-  EXPECT_FALSE(own.steering_between.is_unexplained()) << "gripline's own logs need no word";
 }
 
 TEST(SessionFile, PlaceholdersBeforeTheFirstFixAreLeftOut) {

@@ -89,6 +89,23 @@ TEST(SessionWindows, SpeedOverPathIsTheScaleOfVx) {
   EXPECT_TRUE(std::isnan(speed_over_path(session_windows(circling(0.02, 2.0))))) << "too few windows";
 }
 
+/// A car that comes to rest after ten seconds; its receiver goes on to show a few centimetres per second.
+TEST(SessionWindows, RowsOfACarAtRestDoNotMove) {
+  Session s = circling(0.02, 20.0);
+  for (std::size_t k = 500; k < s.rows(); ++k) {
+    for (const std::size_t c : {Channel::x, Channel::y, Channel::yaw}) reading(s, k, c) = reading(s, 500, c);
+    reading(s, k, Channel::vx) = 0.05;
+  }
+  const std::vector<bool> moving = moving_rows(s);
+  ASSERT_THAT(moving, SizeIs(s.rows()));
+  for (std::size_t k = 0; k < s.rows(); ++k)
+    if (std::abs(s.t[k] - 10.0) > 0.6) {
+      EXPECT_EQ(moving[k], s.t[k] < 10.0) << s.t[k];
+    }
+  for (std::size_t k = 0; k < s.rows(); ++k) reading(s, k, Channel::vx) = 0.05;
+  EXPECT_THAT(moving_rows(s), testing::Each(true)) << "a car that is always at rest: nothing to tell apart";
+}
+
 TEST(SessionWindows, CorrelationsNeedTwentyValuesThatVary) {
   Correlation line, flat;
   for (int i = 0; i < 20; ++i) {

@@ -1,0 +1,121 @@
+#include "measured/session/guess_draft.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "config/units.hpp"
+#include "measured/session/log_map.hpp"
+#include "measured/table/column_names.hpp"
+#include "util/numbers.hpp"
+#include "util/statistics.hpp"
+
+namespace gripline::measured {
+
+int GuessDraft::column(const char* channel) const {
+  const char* const kind = unit_kind(channel);
+  for (const char* word : names_of(channel))
+    for (std::size_t c = 0; c < table.name.size(); ++c)
+      if (is_called(known_as(c), word, kind) && quantile_of_size(table.column[c], 1.0) > 0.0)
+        return static_cast<int>(c);
+  return -1;
+}
+
+const std::string& GuessDraft::known_as(std::size_t c) const {
+  return table.meaning.empty() ? table.name[c] : table.meaning[c];
+}
+
+std::string GuessDraft::quoted(int c) const {
+  const std::string& n = name(c);
+  const bool word =
+      std::all_of(n.begin(), n.end(), [](unsigned char ch) { return std::isalnum(ch) != 0 || ch == '_'; });
+  return word && std::isdigit(static_cast<unsigned char>(n.front())) == 0 ? n : "`" + n + "`";
+}
+
+std::string GuessDraft::unit_of_name(int c, const char* wanted) const {
+  return unit_at_end(known_as(static_cast<std::size_t>(c)), wanted);
+}
+
+std::string GuessDraft::unit_of(int c, const char* wanted) {
+  const std::string& written = table.unit[static_cast<std::size_t>(c)];
+  if (std::string known = header_unit(written, wanted); !known.empty()) return known;
+  if (std::string known = unit_of_name(c, wanted); !known.empty()) return known;
+  if (!written.empty())
+    remarks.push_back(name(c) + ": the header's \"" + written + "\" is no unit of this kind; taken for " + wanted);
+  return wanted;
+}
+
+std::pair<double, double> GuessDraft::range(std::size_t c) const {
+  double low = INFINITY, high = -INFINITY;
+  for (const double v : table.column[c])
+    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  return {low, high};
+}
+
+bool GuessDraft::varies(std::size_t c) const {
+  const auto [low, high] = range(c);
+  return high > low;
+}
+
+bool GuessDraft::falls(std::size_t c) const {
+  double last = -INFINITY;
+  for (const double v : table.column[c]) {
+    if (v < last) return true;
+    if (std::isfinite(v)) last = v;
+  }
+  return false;
+}
+
+std::string GuessDraft::candidates(bool rising) const {
+  constexpr std::size_t most = 12;
+  std::string all;
+  std::size_t shown = 0;
+  for (std::size_t c = 0; c < table.name.size(); ++c) {
+    if (!varies(c) || taken(static_cast<int>(c)) || (rising && falls(c))) continue;
+    if (++shown > most) continue;
+    const auto [low, high] = range(c);
+    all += (all.empty() ? "" : ", ") + table.name[c] + " (" + significant(low) + " to " + significant(high) + ")";
+  }
+  if (shown > most) all += " and " + std::to_string(shown - most) + " more";
+  return all.empty() ? "no column is left that varies" : all;
+}
+
+bool GuessDraft::taken(int c) const {
+  const auto names = [&](const Node& node) {
+    const Node* const as_column = node.find("column");
+    const Node* const formula = node.find("formula");
+    return (as_column != nullptr && as_column->text() == name(c)) ||
+           (formula != nullptr && formula->text().find(quoted(c)) != std::string::npos);
+  };
+  return (time.is_object() && names(time)) ||
+         std::ranges::any_of(channels.object(), [&](const Member& m) { return names(m.value); });
+}
+
+void GuessDraft::guess_column(const char* channel, const char* unit) {
+  if (const int c = column(channel); c >= 0)
+    channels.set(channel, guessed_channel("column", name(c), unit_of(c, unit)));
+}
+
+Node GuessDraft::unnamed(const char* channel, const char* what, const char* unit, bool rising) {
+  open.emplace_back(channel);
+  Node node = guessed_channel("column", unnamed_column, unit, false);
+  node.set("note", Node(std::string("Fill in the column of ") + what + "; it may be one of: " + candidates(rising)));
+  return node;
+}
+
+Node guessed_channel(const std::string& key, const std::string& what, const std::string& unit, bool delay) {
+  Node node = Node::empty_object();
+  node.set(key, Node(what));
+  node.set("unit", Node(unit));
+  if (delay) node.set("delay", Node("find"));
+  return node;
+}
+
+double quantile_of_size(const std::vector<double>& values, double q) {
+  std::vector<double> sizes;
+  for (const double v : values)
+    if (!std::isnan(v)) sizes.push_back(std::abs(v));
+  return lower_quantile(std::move(sizes), q, 0.0);
+}
+
+}  // namespace gripline::measured

@@ -1,0 +1,200 @@
+#include "measured/session/guess_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "config/units.hpp"
+#include "measured/readings/unit_checks.hpp"
+#include "util/numbers.hpp"
+
+namespace gripline::measured {
+namespace {
+
+using std::numbers::pi;
+using Values = std::vector<double>;
+
+/// Channel by channel; headings and speeds against the path of the places.
+class MotionGuess {
+ public:
+  explicit MotionGuess(GuessDraft& draft) : draft_(draft) {}
+
+  void run() {
+    for (const char* name : {"x", "y"}) draft_.guess_column(name, "m");
+    if (!draft_.found("x") || !draft_.found("y")) guess_earth_places();
+    guess_yaw();
+    for (const char* name : {"vx", "vy"}) draft_.guess_column(name, "m/s");
+    check_speed_unit();
+    guess_yaw_rate();
+  }
+
+ private:
+  void guess_earth_places() {
+    const int lat = draft_.column("latitude"), lon = draft_.column("longitude");
+    if (lat < 0 || lon < 0) return;
+    draft_.channels.set("latitude", guessed_channel("column", draft_.name(lat), "deg"));
+    draft_.channels.set("longitude", guessed_channel("column", draft_.name(lon), "deg"));
+    lat_ = lat, lon_ = lon;
+  }
+
+  /// Where the place is read: x and y, or neither where it is latitude and longitude.
+  struct PlaceColumns {
+    const Values *x = nullptr, *y = nullptr;
+    double metres = 1.0;  // that 1 of them is
+  };
+  /// Looked up once for all rows: a look reads whole columns.
+  PlaceColumns place_columns() const {
+    if (!draft_.found("x") || !draft_.found("y")) return {};
+    return {&draft_.values(draft_.column("x")), &draft_.values(draft_.column("y")),
+            to_si("1 " + draft_.channels.find("x")->find("unit")->text(), "m")};
+  }
+  /// Whether a row's place is another than that of the row before.
+  bool is_new(const PlaceColumns& place, std::size_t i) const {
+    if (place.x == nullptr && lat_ < 0) return false;
+    const Values &x = place.x != nullptr ? *place.x : draft_.values(lon_),
+                 &y = place.y != nullptr ? *place.y : draft_.values(lat_);
+    return std::isfinite(x[i] + y[i]) && (x[i] != x[i - 1] || y[i] != y[i - 1]);
+  }
+  /// Way from row to row [m], for comparisons with headings and speeds.
+  bool way(const PlaceColumns& place, std::size_t i, std::size_t j, double& dx, double& dy) const {
+    if (place.x != nullptr) {
+      dx = place.metres * ((*place.x)[j] - (*place.x)[i]);
+      dy = place.metres * ((*place.y)[j] - (*place.y)[i]);
+    } else if (lat_ >= 0) {
+      constexpr double metres = 111195.0;  // per degree
+      dx = metres * std::cos(draft_.values(lat_)[i] * pi / 180) * (draft_.values(lon_)[j] - draft_.values(lon_)[i]);
+      dy = metres * (draft_.values(lat_)[j] - draft_.values(lat_)[i]);
+    } else {
+      return false;
+    }
+    return std::isfinite(dx + dy) && std::hypot(dx, dy) > 0.05;
+  }
+
+  /// Sums over the path of what is added to a heading, and to the heading counted the other way round, to give the
+  /// path's own: sine and cosine of both.
+  struct AgainstPath {
+    double sine = 0, cosine = 0, mirrored_sine = 0, mirrored_cosine = 0, rows = 0;
+    /// How steady the better of both is: the length of its sum.
+    double agreement() const { return std::max(std::hypot(sine, cosine), std::hypot(mirrored_sine, mirrored_cosine)); }
+    bool counts_clockwise() const { return std::hypot(mirrored_sine, mirrored_cosine) > std::hypot(sine, cosine); }
+  };
+  AgainstPath against_path(int c, double factor) const {
+    AgainstPath sum;
+    const PlaceColumns place = place_columns();
+    double dx = 0, dy = 0;
+    for (std::size_t i = 0; i + window < draft_.table.rows(); i += window)
+      if (way(place, i, i + window, dx, dy) && std::isfinite(draft_.values(c)[i])) {
+        const double a = factor * draft_.values(c)[i], path = std::atan2(dy, dx);
+        sum.sine += std::sin(path - a), sum.cosine += std::cos(path - a);
+        sum.mirrored_sine += std::sin(path + a), sum.mirrored_cosine += std::cos(path + a), sum.rows += 1;
+      }
+    return sum;
+  }
+  /// Whether a heading is in degrees. Where no unit is stated: values beyond a turn are, unless they agree better with
+  /// the path as radians that were counted on over turns.
+  bool is_in_degrees(int c) {
+    if (draft_.unit_of(c, "rad") == "deg") return true;
+    if (!draft_.table.unit[static_cast<std::size_t>(c)].empty() || quantile_of_size(draft_.values(c), 0.99) <= 7.0)
+      return false;
+    return against_path(c, pi / 180).agreement() >= against_path(c, 1.0).agreement();
+  }
+
+  /// Heading against the path: which of yaw, compass, degrees or radians is it?
+  void guess_yaw() {
+    const int c = draft_.column("yaw");
+    if (c < 0) return;
+    const bool deg = is_in_degrees(c);
+    const std::string angle = deg ? "rad(" + draft_.quoted(c) + ")" : draft_.quoted(c);
+    const AgainstPath path = against_path(c, deg ? pi / 180 : 1.0);
+    std::string formula = angle;
+    if (path.rows > 20) {
+      const bool compass = path.counts_clockwise();
+      const double offset =
+          compass ? std::atan2(path.mirrored_sine, path.mirrored_cosine) : std::atan2(path.sine, path.cosine);
+      const double quarter = std::round(offset / (pi / 2)) * (pi / 2);
+      const std::string add = quarter == 0 ? "" : std::abs(quarter) > 3 ? "pi" : quarter > 0 ? "pi/2" : "-pi/2";
+      if (compass)
+        formula = (add.empty() ? "-" : add + " - ") + angle;
+      else if (!add.empty())
+        formula = angle + " + " + add;
+      if (formula != angle)
+        draft_.remarks.push_back("yaw: " + draft_.name(c) + (compass ? " counts clockwise" : " is turned") +
+                                 " against the path");
+      if (path.agreement() < 0.8 * path.rows)
+        draft_.remarks.push_back("yaw: " + draft_.name(c) + " follows the path badly; is it the heading?");
+    }
+    draft_.channels.set("yaw", formula == draft_.quoted(c) && !deg ? guessed_channel("column", draft_.name(c), "rad")
+                               : formula == angle && deg           ? guessed_channel("column", draft_.name(c), "deg")
+                                                                   : guessed_channel("formula", formula, "rad"));
+  }
+
+  /// The speed over that of the path, in windows that begin and end where the place is new: loggers repeat it until
+  /// the next one is read.
+  Values ratios_to_path(int c) const {
+    const Values& t = draft_.values(draft_.column("time"));
+    const double second = to_si("1 " + draft_.time.find("unit")->text(), "s");
+    const PlaceColumns place = place_columns();
+    const double enough = 0.3 * quantile_of_size(draft_.values(c), 0.95);
+    Values ratios;
+    double dx = 0, dy = 0;
+    std::size_t from = draft_.table.rows();
+    for (std::size_t i = 1; i < draft_.table.rows(); ++i) {
+      if (!is_new(place, i) || (from < i && i - from < window)) continue;
+      if (from < i && way(place, from, i, dx, dy) && std::abs(draft_.values(c)[from]) > enough && t[i] > t[from])
+        ratios.push_back(draft_.values(c)[from] / (std::hypot(dx, dy) / (second * (t[i] - t[from]))));
+      from = i;
+    }
+    return ratios;
+  }
+
+  /// A speed without a unit, against the path.
+  void check_speed_unit() {
+    const int c = draft_.column("vx");
+    if (c < 0 || draft_.column("time") < 0 || !draft_.table.unit[static_cast<std::size_t>(c)].empty()) return;
+    constexpr std::size_t few = 20;
+    const Values ratios = ratios_to_path(c);
+    const std::string taken = draft_.channels.find("vx")->find("unit")->text();
+    const bool told = !draft_.unit_of_name(c, "m/s").empty();
+    if (ratios.size() < few) {
+      if (!told)
+        draft_.remarks.push_back(
+            "vx: no unit is written, and the place tells none (it changes too seldom); taken for " + taken);
+      return;
+    }
+    const double ratio = quantile_of_size(ratios, 0.5), expected = 1.0 / to_si("1 " + taken, "m/s");
+    const std::string found = "vx: " + significant(ratio) + " times the speed of the path";
+    if (told && ratio > 0.6 * expected && ratio < 1.6 * expected) return;
+    for (const WrongUnit& wrong : wrong_units)
+      if (!wrong.of_place && ratio > wrong.low && ratio < wrong.high) {
+        if (!told) draft_.channels.set("vx", guessed_channel("column", draft_.name(c), wrong.unit));
+        draft_.remarks.push_back(found + (told ? ", which looks like " : ", taken for ") + wrong.unit +
+                                 (told ? "; its name says " + taken : ""));
+        return;
+      }
+    if (!(ratio > 0.6 * expected && ratio < 1.6 * expected))
+      draft_.remarks.push_back(found + "; its unit is not told by that");
+  }
+
+  void guess_yaw_rate() {
+    const int c = draft_.column("yaw_rate");
+    if (c < 0) return;
+    std::string unit = draft_.unit_of(c, "rad/s");
+    if (unit == "rad/s" && draft_.table.unit[static_cast<std::size_t>(c)].empty() &&
+        quantile_of_size(draft_.values(c), 0.98) > 12) {
+      unit = "deg/s";
+      draft_.remarks.push_back("yaw_rate: values of " + significant(quantile_of_size(draft_.values(c), 0.98)) +
+                               ", taken for deg/s");
+    }
+    draft_.channels.set("yaw_rate", guessed_channel("column", draft_.name(c), unit));
+  }
+
+  static constexpr std::size_t window = 10;  // rows over which headings and speeds are compared with the path
+  GuessDraft& draft_;
+  int lat_ = -1, lon_ = -1;
+};
+
+}  // namespace
+
+void guess_motion(GuessDraft& draft) { MotionGuess(draft).run(); }
+
+}  // namespace gripline::measured

@@ -1,0 +1,97 @@
+#include "measured/session/guess_motion.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <string>
+#include <utility>
+
+#include "config/json_file.hpp"
+#include "measured/session/log_guess.hpp"
+#include "measured/session/session_file.hpp"
+#include "support/scratch.hpp"
+
+namespace gripline::measured {
+namespace test_guess_motion {
+
+using testing_support::scratch;
+
+/// Radians that count on over turns look as large as degrees; the path tells them apart.
+TEST(GuessMotion, RadiansThatCountOnOverTurnsAreNoDegrees) {
+  const auto log = scratch("circles.csv");
+  std::ofstream out(log);
+  out.precision(12);
+  out << "t,x,y,yaw,vx,yaw_rate,throttle,steering\n";
+  for (int k = 0; k < 2000; ++k) {
+    const double yaw = 0.025 * k;  // eight turns
+    out << 0.05 * k << ',' << 20 * std::sin(yaw) << ',' << -20 * std::cos(yaw) << ',' << yaw << ",10,0.5,0.2,0.13\n";
+  }
+  out.close();
+  const Guess guess = guess_map(read_delimited(log));
+  const auto file = scratch("circles.json");
+  std::ofstream(file) << to_json_text(guess.map);
+  const SessionFile session = read_session(log, load_log_map(file));
+  EXPECT_NEAR(session.session.at(100, 2), 2.5, 1e-9);
+  EXPECT_NEAR(session.session.at(1000, 2), 25.0, 1e-9);
+}
+
+/// The guess for a straight drive at 10 m/s whose speed is `factor` times that, under this header.
+Guess guess_of_speed(const std::string& header, double factor) {
+  const auto file = scratch("speed.csv");
+  std::ofstream out(file);
+  out.precision(12);
+  out << "time,x,y,delta," << header << '\n';
+  for (int k = 0; k < 400; ++k) out << 0.1 * k << ',' << k << ",1,0.1," << 10 * factor << '\n';
+  out.close();
+  return guess_map(read_delimited(file));
+}
+
+TEST(GuessMotion, UnitsOfSpeedNearEachOtherAreToldApart) {
+  const auto unit = [](const std::string& header, double factor) {
+    return find_pointer(guess_of_speed(header, factor).map, "/channels/vx/unit")->text();
+  };
+  EXPECT_EQ(unit("speed", 3600.0 / 1852.0), "kn");
+  EXPECT_EQ(unit("speed", 1 / 0.44704), "mph");
+  EXPECT_EQ(unit("speed", 1 / 0.3048), "ft/s");
+  EXPECT_EQ(unit("speed", 3.6), "km/h");
+  EXPECT_EQ(unit("speed", 2.7), "m/s");
+  EXPECT_THAT(guess_of_speed("speed", 2.7).remarks, testing::Contains(testing::HasSubstr("its unit is not told")));
+  EXPECT_THAT(guess_of_speed("speed", 1.0).remarks, testing::Not(testing::Contains(testing::HasSubstr("vx:"))));
+  for (const char* header : {"speed (knots)", "speed (kts)", "speed [kn]", "speed_knots"})
+    EXPECT_EQ(unit(header, 3600.0 / 1852.0), "kn") << header;
+}
+
+/// A receiver of 1 Hz in rows of 20 Hz: ten rows after a new place the next one may not be there yet.
+Guess guess_of_held_place(const std::string& speed, double factor, int rows) {
+  const auto file = scratch("held.csv");
+  std::ofstream out(file);
+  out.precision(12);
+  out << "time,x,y,delta," << speed << '\n';
+  for (int k = 0; k < rows; ++k) {
+    const double t = 0.05 * k, v = 10 + 2 * std::sin(0.3 * t), now = std::floor(t);
+    out << t << ',' << 10 * now + 2 / 0.3 * (1 - std::cos(0.3 * now)) << ",1,0.1," << v * factor << '\n';
+  }
+  out.close();
+  return guess_map(read_delimited(file));
+}
+
+TEST(GuessMotion, UnitsOfSpeedAreToldByPlacesThatRepeat) {
+  for (const auto& [unit, factor] : {std::pair("km/h", 3.6), {"kn", 3600.0 / 1852.0}, {"m/s", 1.0}})
+    EXPECT_EQ(find_pointer(guess_of_held_place("speed", factor, 1200).map, "/channels/vx/unit")->text(), unit);
+  EXPECT_THAT(guess_of_held_place("speed", 3.6, 300).remarks,
+              testing::Contains(testing::HasSubstr("the place tells none")));
+}
+
+TEST(GuessMotion, TheUnitOfANameStandsAndWhatThePathSaysIsTold) {
+  const auto said = testing::Contains(testing::HasSubstr("looks like km/h; its name says m/s"));
+  const Guess wrong = guess_of_held_place("speed_mps", 3.6, 1200);
+  EXPECT_EQ(find_pointer(wrong.map, "/channels/vx/unit")->text(), "m/s");
+  EXPECT_THAT(wrong.remarks, said);
+  EXPECT_THAT(guess_of_held_place("speed_kmh", 3.6, 1200).remarks,
+              testing::Not(testing::Contains(testing::HasSubstr("vx:"))));
+}
+
+}  // namespace test_guess_motion
+}  // namespace gripline::measured
