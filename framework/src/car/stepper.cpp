@@ -1,6 +1,7 @@
 #include "car/stepper.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gripline {
 
@@ -63,33 +64,57 @@ void combine(const T* y0, const T* k, std::size_t size, double h, const Tableau&
 }  // namespace
 
 template <class T>
-void Stepper<T>::step(const StagedCar& car, const Integration& integration, double dt, std::size_t n, const Place* at,
-                      const T* params) {
-  const Tableau& method = *integration.tableau;
-  const double h = dt / integration.substeps;
+void Stepper<T>::advance(const StagedCar& car, const Tableau& method, double from, double h, double dt, std::size_t n,
+                         const Place* at, const T* params) {
   const std::size_t motion_count = n * motion_size;
   const std::size_t memory_count = n * static_cast<std::size_t>(memory_);
+  for (int stage = 0; stage < method.stages; ++stage) {
+    combine(motion.data(), motion_rate_.data(), motion_count, h, method, stage, stage_motion_.data());
+    combine(memory.data(), memory_rate_.data(), memory_count, h, method, stage, stage_memory_.data());
+    stage_inputs(n, at, from, method.c[static_cast<std::size_t>(stage)], h, dt);
+    CarBatch<T> batch;
+    batch.n = n;
+    batch.motion = stage_motion_.data();
+    batch.command = command_.data();
+    batch.memory = memory_ > 0 ? stage_memory_.data() : nullptr;
+    batch.at = place_.data();
+    batch.params = params;
+    batch.history = past_ > 0 ? history_.data() : nullptr;
+    batch.motion_rate = motion_rate_.data() + static_cast<std::size_t>(stage) * motion_count;
+    batch.memory_rate = memory_ > 0 ? memory_rate_.data() + static_cast<std::size_t>(stage) * memory_count : nullptr;
+    car.rates(batch, scratch_);
+  }
+  combine(motion.data(), motion_rate_.data(), motion_count, h, method, method.stages, stage_motion_.data());
+  combine(memory.data(), memory_rate_.data(), memory_count, h, method, method.stages, stage_memory_.data());
+  std::copy_n(stage_motion_.begin(), motion_count, motion.begin());
+  std::copy_n(stage_memory_.begin(), memory_count, memory.begin());
+}
+
+namespace {
+
+/// Into a step of dt [s], where commands that act late jump or bend, which no method steps over rightly; 0: nowhere.
+double late_kink(const StagedCar& car, double dt) {
+  const double delay = car.look_back();
+  return delay - dt * std::floor(delay / dt);
+}
+
+}  // namespace
+
+template <class T>
+void Stepper<T>::step(const StagedCar& car, const Integration& integration, double dt, std::size_t n, const Place* at,
+                      const T* params) {
+  constexpr double least = 1e-6;  // of a step, where the kink is one of its ends
+  const Tableau& method = *integration.tableau;
+  const double h = dt / integration.substeps;
+  const double kink = past_ > 0 ? late_kink(car, dt) : 0.0;
   for (int sub = 0; sub < integration.substeps; ++sub) {
-    for (int stage = 0; stage < method.stages; ++stage) {
-      combine(motion.data(), motion_rate_.data(), motion_count, h, method, stage, stage_motion_.data());
-      combine(memory.data(), memory_rate_.data(), memory_count, h, method, stage, stage_memory_.data());
-      stage_inputs(n, at, sub * h, method.c[static_cast<std::size_t>(stage)], h, dt);
-      CarBatch<T> batch;
-      batch.n = n;
-      batch.motion = stage_motion_.data();
-      batch.command = command_.data();
-      batch.memory = memory_ > 0 ? stage_memory_.data() : nullptr;
-      batch.at = place_.data();
-      batch.params = params;
-      batch.history = past_ > 0 ? history_.data() : nullptr;
-      batch.motion_rate = motion_rate_.data() + static_cast<std::size_t>(stage) * motion_count;
-      batch.memory_rate = memory_ > 0 ? memory_rate_.data() + static_cast<std::size_t>(stage) * memory_count : nullptr;
-      car.rates(batch, scratch_);
+    const double from = sub * h, to_kink = kink - from;
+    if (to_kink > least * h && to_kink < (1.0 - least) * h) {
+      advance(car, method, from, to_kink, dt, n, at, params);
+      advance(car, method, kink, h - to_kink, dt, n, at, params);
+    } else {
+      advance(car, method, from, h, dt, n, at, params);
     }
-    combine(motion.data(), motion_rate_.data(), motion_count, h, method, method.stages, stage_motion_.data());
-    combine(memory.data(), memory_rate_.data(), memory_count, h, method, method.stages, stage_memory_.data());
-    std::copy_n(stage_motion_.begin(), motion_count, motion.begin());
-    std::copy_n(stage_memory_.begin(), memory_count, memory.begin());
   }
 }
 

@@ -8,7 +8,8 @@
 
 namespace gripline {
 
-/// How a step is integrated: `substeps` equal steps of the method per control step of dt [s].
+/// How a step is integrated: `substeps` equal steps of the method per control step of dt [s]; one in which a command
+/// that acts late changes is cut in two there.
 struct Integration {
   const Tableau* tableau = find_tableau("rk4");
   int substeps = 1;
@@ -42,6 +43,9 @@ class Stepper {
   void quantities(const StagedCar& car, double dt, std::size_t n, const Place* at, const T* params, Quantities<T>* q);
 
  private:
+  /// All cars by h [s], the method's step, from so far into the control step on.
+  void advance(const StagedCar& car, const Tableau& method, double from, double h, double dt, std::size_t n,
+               const Place* at, const T* params);
   void stage_inputs(std::size_t n, const Place* at, double from, double c, double h, double dt);
 
   int memory_ = 0, past_ = 0;

@@ -79,32 +79,5 @@ TEST(StatedDrive, OfACarThatIsNotReadNothingIsSaid) {
   EXPECT_EQ(errors.size(), before);
 }
 
-/// At the car's file, once, however many of a race's cars are modelled so.
-TEST(StatedDrive, TheWorldAndItsStacksTellItOnce) {
-  const Folder folder;
-  write_text(folder / "car.json", to_json_text(heavy_car()));
-  Node tree = json(R"({"track": "tracks/hill.json", "duration": 1, "plant": {"plugin": "dynamic"}})");
-  tree.set("car", Node((folder / "car.json").string()));
-  inline_world_files(tree);
-  Errors errors;
-  const WorldSpec world = read_world(tree, plugins(), errors);
-  const Node stack = json(R"({"model": {"plugin": "ekinematic"}, "planner": {"plugin": "fixed_speed"},
-                              "controller": {"plugin": "pure_pursuit"}})");
-  for (const char* name : {"one", "other"}) {
-    errors.set_context(std::string("stack ") + name);
-    read_stack(name, stack, plugins(), world.car, errors);
-  }
-  ASSERT_EQ(errors.size(), 1u);
-  EXPECT_THAT(errors.sorted().front().text(),
-              AllOf(HasSubstr("car.json:1:1: /known_params: at full throttle"), HasSubstr("[stack one, stack other]")));
-}
-
-/// A stack that is told the drive which the car's file lacks has one.
-TEST(StatedDrive, AStackMayBeToldIt) {
-  const CarFile car = read(heavy_car());
-  EXPECT_THAT(refusal([&] { stack_of(car); }), HasSubstr("/known_params: at full throttle"));
-  EXPECT_NO_THROW(stack_of(car, R"({"car": {"known_params": {"Cm1": 7650}}})"));
-}
-
 }  // namespace test_stated_drive
 }  // namespace gripline

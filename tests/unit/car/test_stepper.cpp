@@ -6,6 +6,7 @@
 #include <gripline/plugin.hpp>
 
 #include <cmath>
+#include <span>
 
 #include "support/host_support.hpp"
 #include "support/paths.hpp"
@@ -107,6 +108,36 @@ TEST(Stepper, ManyCarsAtOnceAreEachAlone) {
 }
 
 /// vx' = 3 t^2.
+/// Motion after so long [s] under a held command; `past`, oldest first, are the commands before it.
+std::vector<double> held(const TestedCar& tested, std::span<const double> motion, double seconds,
+                         const CommandSample<double>& now, std::span<const CommandSample<double>> past = {}) {
+  Stepper<double> stepper;
+  const std::size_t count = past.empty() ? 0 : past.size() + 1;
+  stepper.resize(1, 0, 4, static_cast<int>(count));
+  std::ranges::copy(motion, stepper.motion.begin());
+  const ActingCommand<double> command = {now.d, now.delta, 0.0};
+  stepper.ramp[0] = {command, command};
+  stepper.past_dt = seconds;
+  stepper.past_offset = -seconds * static_cast<double>(past.size());
+  std::ranges::copy(past, stepper.past.begin());
+  if (count > 0) stepper.past[past.size()] = now;
+  const Place at;
+  stepper.step(tested.car(), Integration{}, seconds, 1, &at, nullptr);
+  return {stepper.motion.begin(), stepper.motion.begin() + motion_size};
+}
+
+/// No method steps over the jump of a held command rightly: the step is cut in two where it jumps.
+TEST(Stepper, AStepIsCutWhereALateCommandJumps) {
+  const TestedCar late(R"([{"plugin": "input_delay", "params": {"T": 0.03}}])"), prompt;
+  const std::vector<double> start = {0.2, -0.1, 0.7, 1.8, 0.15, 3.0};
+  const std::vector<CommandSample<double>> past = {{0.1, 0.0}, {0.1, 0.0}, {0.4, 0.10}};
+  const CommandSample<double> now = {0.8, 0.15};
+  const auto once = held(late, start, 0.02, now, past);
+  // 30 ms late in steps of 20 ms: the command before the last one acts for 10 ms, then the last one.
+  const auto half = held(prompt, start, 0.01, past[1]), twice = held(prompt, half, 0.01, past[2]);
+  for (std::size_t i = 0; i < motion_size; ++i) EXPECT_NEAR(once[i], twice[i], 1e-12) << i;
+}
+
 class Clock final : public AutoDiffEffect<Clock> {
  public:
   Stage stage() const noexcept override { return Stage::body; }

@@ -10,6 +10,7 @@
 namespace gripline {
 namespace test_stack {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using namespace testing_support;
 
@@ -266,6 +267,45 @@ TEST(Stack, TheOracleKnowsWhatThePlantsEffectsDo) {
           {"plugin": "plane_tilt", "params": {"tx": 0.05, "ty": -0.03}}]}})");
   rig.advance({0.4, 0});
   for (int k = 0; k < 20; ++k) EXPECT_LT(error_of_next(rig, {0.4, k < 8 ? 1.5 : 0.0}), 1e-9) << k;
+}
+
+/// A full-size car that states no drive.
+Node car_without_drive() {
+  return json(R"({"m": 1265, "Iz": 2093, "lf": 1.34, "lr": 1.3, "length": 4.18, "width": 1.84, "d_min": -1,
+    "d_max": 1, "delta_max": 0.35, "ddelta_max": 1, "v_ref": 20, "v_min": 2})");
+}
+CarFile car_of(const Node& car) {
+  Errors errors;
+  CarFile file = read_car(car, errors);
+  errors.throw_if_any();
+  return file;
+}
+
+/// At the car's file, once, however many of a race's cars are modelled so.
+TEST(Stack, ACarWithoutADriveIsToldOnceOfTheWorldAndAllStacks) {
+  const Folder folder;
+  write_text(folder / "car.json", to_json_text(car_without_drive()));
+  Node tree = json(R"({"track": "tracks/hill.json", "duration": 1, "plant": {"plugin": "dynamic"}})");
+  tree.set("car", Node((folder / "car.json").string()));
+  inline_world_files(tree);
+  Errors errors;
+  const WorldSpec world = read_world(tree, plugins(), errors);
+  const Node stack = json(R"({"model": {"plugin": "ekinematic"}, "planner": {"plugin": "fixed_speed"},
+                              "controller": {"plugin": "pure_pursuit"}})");
+  for (const char* name : {"one", "other"}) {
+    errors.set_context(std::string("stack ") + name);
+    read_stack(name, stack, plugins(), world.car, errors);
+  }
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_THAT(errors.sorted().front().text(),
+              AllOf(HasSubstr("car.json:1:1: /known_params: at full throttle"), HasSubstr("[stack one, stack other]")));
+}
+
+/// A stack that is told the drive which the car's file lacks has one.
+TEST(Stack, ItMayBeToldTheDriveThatItsCarLacks) {
+  const CarFile car = car_of(car_without_drive());
+  EXPECT_THAT(refusal([&] { stack_of(car); }), HasSubstr("/known_params: at full throttle"));
+  EXPECT_NO_THROW(stack_of(car, R"({"car": {"known_params": {"Cm1": 7650}}})"));
 }
 
 }  // namespace test_stack
