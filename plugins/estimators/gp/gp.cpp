@@ -216,7 +216,7 @@ class ToldGp final : public Gp {
   ToldGp(const PluginContext& context, const Params& params) : Gp(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("gp needs the truth of a world; there is none here");
   }
-  Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear), 0, 0, tuned()}; }
+  Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear)}; }
 
  private:
   const Truth* truth_;
@@ -269,13 +269,13 @@ class OwnMuGp final : public Gp {
  public:
   using Params = GpParams;
   OwnMuGp(const PluginContext& context, const Params& params)
-      : Gp(context, params), belief_{context.mu_init, context.mu_init, 0, 0, false} {}
+      : Gp(context, params), belief_{context.mu_init, context.mu_init} {}
   void update(const Sample& k) override {
     const auto before = seen();
     Gp::update(k);
     if (!tuned() || seen() == before) return;
-    for (int i = belief_.trusted ? count() - 1 : 0; i < count(); ++i) judge(i);
-    belief_.trusted = true;
+    for (int i = judged_window_ ? count() - 1 : 0; i < count(); ++i) judge(i);
+    judged_window_ = true;
     const double weight = car().m * gravity, L = car().lf + car().lr;
     if (front_.peak() > 0) {
       belief_.mu_front = front_.peak() * L / (weight * car().lr);
@@ -303,6 +303,7 @@ class OwnMuGp final : public Gp {
 
   SlipBins front_, rear_;
   Belief belief_;
+  bool judged_window_ = false;  // the samples before the first fit are in the bins
 };
 
 }  // namespace

@@ -158,7 +158,6 @@ TEST(Gp, OwnMuComesFromTheForcesItLearned) {
   Visited visited;
   for (const State& x : drive.x) visited.see(truth, x);
   EXPECT_NEAR(total_mu(process->belief(), truth.car), visited.mu(truth), 0.03);
-  EXPECT_TRUE(process->belief().trusted);
 }
 
 TEST(Gp, WindowSlidesAcrossADrop) {
