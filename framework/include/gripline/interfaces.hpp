@@ -161,7 +161,7 @@ class SpeedPlanner {
   virtual ~SpeedPlanner() = default;
   /// Algorithm 1, line 14: fills horizon[k], every member, k = 0 .. size - 1, for the times now.t + k dt with the
   /// context's dt; the size is the controller's horizon(). `belief` is mu_init, untrusted, and `learned` null until
-  /// plans may rest on what was learned (the stack's careful_until).
+  /// plans may rest on what was learned (after the stack's adapt_after and its careful_until).
   virtual void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
                     std::span<RefPoint> horizon) = 0;
   /// The closed line that `plan` follows at this moment, for the deviation metric and the report. Owned by the planner,
@@ -179,7 +179,8 @@ class Controller {
   /// How many reference points it wants: N + 1 of a horizon of N steps, the first for now; at least 1, always the same.
   virtual int horizon() const noexcept = 0;
   /// Algorithm 1, line 15: the command for the step that begins now. `horizon` has horizon() points; `model` is the
-  /// nominal model, corrected by the estimator once the stack trusts it. The host clamps commands to the car's limits.
+  /// nominal model, from the stack's adapt_after on corrected by the estimator. The host clamps commands to the car's
+  /// limits.
   virtual Command control(const Observation& now, std::span<const RefPoint> horizon, Prediction& model) = 0;
   /// The states predicted in the last call of control, the first for that instant, then one for every step of the
   /// context's dt; for the report. Owned by the controller, valid until the next call; may be empty.

@@ -1,4 +1,5 @@
-// What drives the car: nominal model, estimator, planner, controller, and from when on the estimate is trusted.
+// What drives the car: nominal model, estimator, planner, controller, and from when on the model is corrected
+// and plans rest on the estimate.
 #pragma once
 
 #include <array>
@@ -29,9 +30,9 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
 
 /// What the stack believes now: Algorithm 1, lines 8-13.
 struct StackBelief {
-  CorrectedModel* model;  // f_nom, or f_corr once trusted
+  CorrectedModel* model;  // f_nom until adapt_after, f_corr from then on
   Belief mu;
-  const TyreCurve* learned;  // null until plans may rest on it
+  const TyreCurve* learned;  // null until mu is trusted
 };
 
 /// What a stack is told of the world it drives in. `truth` reaches only plugins that declare they need it.
