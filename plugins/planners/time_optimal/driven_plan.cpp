@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/reference_step.hpp"
+
 namespace gripline::time_optimal {
 
 double share_of_way_in(double dt, double share) {
   const double left = 1.0 - share;
-  return share * ((1.0 - std::pow(left, dt / 0.02)) / (1.0 - left));  // exactly `share` in 20 ms
+  return share * ((1.0 - std::pow(left, dt / reference_step)) / (1.0 - left));  // exactly `share` in 20 ms
 }
 
 DrivenPlan::DrivenPlan(const LapSetup& setup, double mu)
