@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/planning/line_follower.hpp"
+#include "common/planning/closed_line.hpp"
 
 namespace gripline::time_optimal {
 
@@ -210,17 +210,10 @@ double PlanFollower::locate(double x, double y, double yaw) {
     if (distance(at(s)) <= width && std::abs(jump) <= 2.0 * width) return hint_ = s;
     // The car is further off than the road is wide, or its foot jumped: it is on another stretch, or beside this one.
     const double other = base_->project(x, y).s;
-    if (!planning::beside_line(*base_, other, x, y)) return hint_ = beside_plan(base_->project(x, y, hint_).s, x, y);
+    if (!planning::is_between_edges(base_->at(other), x, y))
+      return hint_ = beside_plan(base_->project(x, y, hint_).s, x, y);
   }
-  std::size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < samples_.size(); ++i) {
-    const double d = std::hypot(x - samples_[i].x, y - samples_[i].y);
-    if (d < least) {
-      least = d;
-      best = i;
-    }
-  }
+  std::size_t best = planning::nearest_sample(samples_, x, y);
   if (std::isnan(hint_)) best = planning::sample_facing(samples_, best, x, y, yaw);
   const std::size_t k = best / samples_per_interval;
   const double s =
