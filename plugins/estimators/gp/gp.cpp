@@ -26,6 +26,7 @@
 #include "common/learning/single_track.hpp"
 #include "common/learning/straight_drive.hpp"
 #include "estimators/gp/sliding_gp.hpp"
+#include "estimators/gp/slip_bins.hpp"
 
 namespace {
 
@@ -220,49 +221,6 @@ class ToldGp final : public Gp {
 
  private:
   const Truth* truth_;
-};
-
-/// The friction of one axle from its forces: bins of slip hold the mean force relative to a common scale, and the
-/// newest samples set the scale. So forces at large slips count on, scaled to the present friction, while the car
-/// drives with small ones. With mu from the window alone a slower car would show smaller slips and so an even smaller
-/// mu.
-class SlipBins {
- public:
-  void add(double slip, double force) {
-    const int i = static_cast<int>(std::abs(slip) / width);
-    if (i >= bins || std::abs(slip) < smallest) return;
-    const double size = slip < 0 ? -force : force;
-    Bin& bin = bins_[i];
-    if (bin.count >= fewest) {
-      const double ratio = std::clamp(size / (scale_ * bin.force), 0.5, 2.0);
-      spread_ += scale_gain * ((ratio - 1) * (ratio - 1) - spread_);
-      scale_ *= 1 + scale_gain * (ratio - 1);
-    }
-    bin.count = std::min(bin.count + 1, bin_memory);
-    bin.force += (size / scale_ - bin.force) / bin.count;
-  }
-  /// Largest force at the present scale; 0 before any bin has enough samples.
-  double peak() const {
-    double best = 0;
-    for (const Bin& bin : bins_)
-      if (bin.count >= fewest) best = std::max(best, bin.force);
-    return scale_ * best;
-  }
-  double deviation() const { return peak() * std::sqrt(spread_); }
-
- private:
-  static constexpr int bins = 12;
-  static constexpr double width = 0.05;       // [rad]; the last bin ends at the 0.6 rad of the paper
-  static constexpr double smallest = 0.05;    // [rad]: below, the error of the slip dominates the force
-  static constexpr double scale_gain = 0.05;  // per sample
-  static constexpr int fewest = 3, bin_memory = 200;
-
-  struct Bin {
-    int count = 0;
-    double force = 0;
-  };
-  std::array<Bin, bins> bins_ = {};
-  double scale_ = 1, spread_ = 0;
 };
 
 class OwnMuGp final : public Gp {
