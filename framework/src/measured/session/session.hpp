@@ -13,6 +13,13 @@
 
 namespace gripline::measured {
 
+/// Where a sensor is mounted: ahead of and left of the centre of gravity [m], axes turned to the left by `yaw` [rad].
+struct Frame {
+  double x = 0, y = 0, yaw = 0;
+  bool x_given = false, y_given = false, yaw_given = false;
+  bool given() const { return x_given || y_given || yaw_given; }
+};
+
 struct Session {
   std::string name;
   double begin = 0;             // what the log's own clock shows at t = 0 [s]
@@ -22,6 +29,7 @@ struct Session {
   std::vector<double> written_yaw;             // by row, as the log wraps it [rad]
   std::vector<CommandSample<double>> command;  // by row
   BetweenRows throttle_between, steering_between;
+  Frame pose, velocity;           // of the units whose readings these are
   bool prescribed_speed = false;  // no throttle is known: vx is taken from the log
 
   std::size_t rows() const { return t.size(); }
