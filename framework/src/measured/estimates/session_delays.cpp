@@ -9,6 +9,7 @@
 
 #include "measured/estimates/displacement_lag.hpp"
 #include "measured/estimates/fine_delay.hpp"
+#include "measured/estimates/independent_blocks.hpp"
 #include "measured/readings/bridged_readings.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 #include "util/numbers.hpp"
@@ -156,10 +157,7 @@ Values manoeuvres(Values y, const Grid& grid) {
 class LagSums {
  public:
   LagSums(const Values& late, const Values& early, double dt) : dt_(dt) {
-    // Ten seconds, less in a short log: few blocks drawn anew hardly differ.
-    constexpr std::size_t least_blocks = 8;
-    const auto block =
-        std::max<std::size_t>(1, std::min(static_cast<std::size_t>(10.0 / dt), late.size() / least_blocks));
+    const std::size_t block = samples_of_block(dt, late.size());
     blocks_ = std::max<std::size_t>(1, late.size() / block);
     constexpr double earliest = -0.6, latest = 1.2;  // [s]
     first_ = std::lround(earliest / dt);
