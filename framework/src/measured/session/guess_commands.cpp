@@ -6,6 +6,7 @@
 
 #include "config/units.hpp"
 #include "measured/readings/held_readings.hpp"
+#include "measured/readings/unit_checks.hpp"
 #include "measured/session/session_windows.hpp"
 #include "measured/table/column_names.hpp"
 #include "measured/table/formula.hpp"
@@ -115,7 +116,7 @@ class CommandGuess {
     if (c < 0) return;
     std::string unit = draft_.unit_of(c, "rad");
     const double most = quantile_of_size(draft_.values(c), 0.99);
-    if (unit == "rad" && most > 1.6) {
+    if (unit == "rad" && most > most_steering) {
       unit = "deg";
       draft_.remarks.push_back("delta: values of " + significant(most) + ", taken for degrees");
     }
