@@ -238,8 +238,6 @@ int run_fit(Arguments args) {
 
   const auto files = read_fit_logs(std::span(words).subspan(1), map, world.spec.car.car.v_ref);
   calibrate::ForecastOptions options = calibrate::forecast_options(world.spec);
-  options.pose = map.pose;
-  options.velocity = map.velocity;
   options.own_commands = false;
   const calibrate::Trial given_world(world.spec, options);
 

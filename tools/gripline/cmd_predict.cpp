@@ -222,10 +222,8 @@ Parameters parameters_for(const LogWorld& world, const measured::LogMap& map, co
   return out;
 }
 
-calibrate::ForecastOptions options_for(const LogWorld& world, const measured::LogMap& map) {
+calibrate::ForecastOptions options_for(const LogWorld& world) {
   calibrate::ForecastOptions options = calibrate::forecast_options(world.spec);
-  options.pose = map.pose;
-  options.velocity = map.velocity;
   options.lanes = 1;  // what later rows hold must not touch a rounding
   return options;
 }
@@ -344,7 +342,7 @@ int predict(const po::variables_map& given) {
   } catch (const InputError& doubt) {
     std::cerr << "warning: " << doubt.what() << '\n';
   }
-  const calibrate::Forecaster forecaster(vehicle.car(), options_for(world, map));
+  const calibrate::Forecaster forecaster(vehicle.car(), options_for(world));
   Parameters params = parameters_for(world, map, forecaster);
   if (given["fixed"].as<bool>()) params.moving.clear();
 

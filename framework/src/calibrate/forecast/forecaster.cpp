@@ -111,9 +111,14 @@ Forecaster::Forecaster(const StagedCar& car, ForecastOptions options)
   // Their parameters and memories follow the car's, in this order: the parameters are the forecast's first two.
   car_.add(steer_, {infos[0].start}, "steering disturbance");
   car_.add(force_, {infos[1].start}, "force disturbance");
-  const measured::Frame &pose = options.pose, &velocity = options.velocity;
+}
+
+StagedCar Forecaster::car_seen_by(const Session& session) const {
+  StagedCar car = car_;
+  const measured::Frame &pose = session.pose, &velocity = session.velocity;
   if (pose.given() || velocity.given())
-    car_.add(frames_, {pose.x, pose.y, pose.yaw, velocity.x, velocity.y, velocity.yaw}, "frames of the map");
+    car.add(frames_, {pose.x, pose.y, pose.yaw, velocity.x, velocity.y, velocity.yaw}, "frames of the map");
+  return car;
 }
 
 std::vector<double> Forecaster::defaults() const {
@@ -125,16 +130,17 @@ std::vector<double> Forecaster::defaults() const {
 template <class T>
 void Forecaster::run(const Session& session, const CommandGrid& commands, const Road* road, std::span<const T> params,
                      const Starts& starts, std::vector<T>& predicted, ObserverSteps* steps) const {
-  std::vector<double> values(car_.params().size());
+  const StagedCar car = car_seen_by(session);
+  std::vector<double> values(car.params().size());
   // The car's own, its disturbances', and those of the frames, which are fixed.
   std::vector<T> of_car(params.begin(), params.begin() + static_cast<std::ptrdiff_t>(car_params_ + 2));
-  for (std::size_t i = of_car.size(); i < car_.params().size(); ++i) of_car.push_back(T(car_.params()[i]));
+  for (std::size_t i = of_car.size(); i < car.params().size(); ++i) of_car.push_back(T(car.params()[i]));
   for (std::size_t i = 0; i < of_car.size(); ++i) values[i] = value(of_car[i]);
   const forecast::Row<double> cauchy_scale = cauchy_scales(options_);
   const std::vector<char> jumped = rows_near_jumps(session, cauchy_scale);
-  StagedCar moved = car_;
+  StagedCar moved = car;
   std::copy(values.begin(), values.end(), moved.params().begin());
-  const forecast::Setting<T> setting{car_,
+  const forecast::Setting<T> setting{car,
                                      options_,
                                      session,
                                      commands,
@@ -144,11 +150,11 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
                                      values.data(),
                                      steer_memory_,
                                      force_memory_,
-                                     stiffness_of(car_, values.data(), options_),
+                                     stiffness_of(car, values.data(), options_),
                                      moved.look_back(),
                                      cauchy_scale,
                                      jumped,
-                                     measured::VelocityAxes<T>::of(car_, of_car.data())};
+                                     measured::VelocityAxes<T>::of(car, of_car.data())};
   forecast::ForecastRun<T> run(setting);
   run.observe(starts, steps);
   run.predict(starts, predicted);

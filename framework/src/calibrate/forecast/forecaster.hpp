@@ -64,7 +64,6 @@ struct ForecastOptions {
   /// Every horizon knows the commands up to its own time. Otherwise all of a start know them up to the longest, for
   /// fits: one integration serves all.
   bool own_commands = true;
-  measured::Frame pose, velocity;  // where the log's units sit, as its map states it
 };
 
 /// Starts on a log and how far ahead. Predictions are for start + horizon, by the log's clock.
@@ -101,6 +100,9 @@ class Forecaster {
            ObserverSteps* steps = nullptr) const;
 
  private:
+  /// With the frames of the units whose readings the session has.
+  StagedCar car_seen_by(const Session& session) const;
+
   ForceDisturbance force_;
   SteerDisturbance steer_;
   StatedFrames frames_;

@@ -184,8 +184,6 @@ class MeasuredRun {
       errors.throw_if_any();
     }
     options_ = forecast_options(spec.world);
-    options_.pose = map_.pose;
-    options_.velocity = map_.velocity;
     options_.own_commands = false;  // what is judged is one horizon
     fit_.slowest = slowest_start(spec.world);
     fit_.crawling = spec.world.car.car.v_min;

@@ -22,10 +22,8 @@ namespace {
 
 constexpr std::array disturbance_gains = {ForecastParameter::gain_force, ForecastParameter::gain_steer};
 
-calibrate::ForecastOptions search_forecast(const WorldSpec& spec, const measured::LogMap& map) {
+calibrate::ForecastOptions search_forecast(const WorldSpec& spec) {
   calibrate::ForecastOptions out = calibrate::forecast_options(spec);
-  out.pose = map.pose;
-  out.velocity = map.velocity;
   out.own_commands = false;  // what is judged is one horizon
   return out;
 }
@@ -123,7 +121,7 @@ EffectSearch::EffectSearch(const Node& world_tree, const WorldSpec& world_spec, 
       registry(plugins),
       map(log_map),
       options(search_options),
-      forecast(search_forecast(spec, map)),
+      forecast(search_forecast(spec)),
       logs(split_logs(files, others, spec.track, forecast.step, options)),
       by_yaw(calibrate::offset_by_yaw(files)) {
   tell(0.05, "calibrating");

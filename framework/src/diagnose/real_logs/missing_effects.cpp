@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "calibrate/fit/handling.hpp"
 #include "calibrate/fit/prediction_rows.hpp"
@@ -11,6 +12,7 @@
 #include "diagnose/real_logs/forward_selection.hpp"
 #include "diagnose/thresholds.hpp"
 #include "measured/estimates/session_noise.hpp"
+#include "measured/session/session_windows.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::diagnose {
@@ -21,6 +23,12 @@ using calibrate::ForecastErrors;
 using calibrate::Trial;
 
 namespace {
+
+/// Logs with the readings of rows in which the car moves, as it does where predictions start.
+std::list<measured::SessionFile> while_moving(std::list<measured::SessionFile> files) {
+  for (measured::SessionFile& file : files) file.session = measured::while_moving(std::move(file.session));
+  return files;
+}
 
 /// Noise of each channel over all files, in its unit; 0 where none is measured.
 measured::Channels noise_of_channels(const std::list<measured::SessionFile>& files) {
@@ -262,13 +270,14 @@ MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Regis
   }
   search.tell(0.9, "measuring");
   measure_errors(search, without, with, out);
-  out.noise = noise_of_sensors(files, search.fits.weighing);
+  const std::list<measured::SessionFile> moving = while_moving(files);
+  out.noise = noise_of_sensors(moving, search.fits.weighing);
   order_ranking(ranking);
   out.ranking = std::move(ranking);
   // Without disturbances, which would stand for a part of an effect.
   fill_values(out.named, selection.trial->spec, parameters_with_intervals(search, *selection.trial));
   write_worlds(search, selection, files, folder, out);
-  out.largest_over_noise = largest_over_noise_of(out.rows.back(), files, search.fits.weighing);
+  out.largest_over_noise = largest_over_noise_of(out.rows.back(), moving, search.fits.weighing);
   return out;
 }
 

@@ -6,11 +6,12 @@
 #include <limits>
 #include <vector>
 
+#include "measured/estimates/independent_blocks.hpp"
+
 namespace gripline::measured {
 namespace {
 
 constexpr double window = 0.5, longest = 1.2;  // [s]
-constexpr std::size_t least_blocks = 8;        // of fewer the unknowns leave hardly any difference
 
 struct Vector {
   double x = 0, y = 0;
@@ -160,10 +161,9 @@ std::optional<long> best_lag(const Displacements& displacements) {
   return best;
 }
 
-/// Sums at a lag by blocks of ten seconds, less in a short log, in which there are some.
+/// Sums at a lag by blocks in which there are some.
 std::vector<Sums> by_blocks(const Displacements& displacements, long lag, double dt) {
-  const auto block =
-      std::max<std::size_t>(1, std::min(static_cast<std::size_t>(10.0 / dt), displacements.size() / least_blocks));
+  const std::size_t block = samples_of_block(dt, displacements.size());
   std::vector<Sums> blocks(displacements.size() / block + 1);
   const std::vector<Vector> changes = displacements.changes(lag);
   for (const Displacements::One& one : displacements.at(lag)) {

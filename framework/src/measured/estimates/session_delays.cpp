@@ -9,6 +9,7 @@
 
 #include "measured/estimates/displacement_lag.hpp"
 #include "measured/estimates/fine_delay.hpp"
+#include "measured/estimates/independent_blocks.hpp"
 #include "measured/readings/bridged_readings.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 #include "util/numbers.hpp"
@@ -20,14 +21,14 @@ namespace {
 using Values = std::vector<double>;
 
 /// The usual time from one row to the next [s].
-double usual_step(const Session& s) {
+double median_step(const Session& s) {
   Values steps;
   for (std::size_t i = 1; i < s.rows(); ++i) steps.push_back(s.t[i] - s.t[i - 1]);
   return median(std::move(steps));
 }
 
 /// The usual time from one reading of a channel to the next [s]; 0 where there are not two.
-double usual_step(const Session& s, std::size_t channel) {
+double median_step(const Session& s, std::size_t channel) {
   Values steps;
   std::size_t last = s.rows();
   for (std::size_t i = 0; i < s.rows(); ++i) {
@@ -46,12 +47,12 @@ class Grid {
   std::size_t n = 0;
   bool of_sparse = false;  // coarser than the rows, for a channel that is read in few of them
 
-  Grid(const Session& s, std::initializer_list<std::size_t> compared) : s_(s), t0_(s.t.front()), row_(usual_step(s)) {
+  Grid(const Session& s, std::initializer_list<std::size_t> compared) : s_(s), t0_(s.t.front()), row_(median_step(s)) {
     constexpr double sparse = 1.5;  // rows
     const double of_rows = std::clamp(row_, 0.02, 0.1);
     dt = of_rows;
     for (const std::size_t c : compared) {
-      const double step = usual_step(s, c);
+      const double step = median_step(s, c);
       if (!(step > sparse * row_)) continue;
       sparse_[c] = true;
       dt = std::max(dt, std::min(step, even_motion));
@@ -156,10 +157,7 @@ Values manoeuvres(Values y, const Grid& grid) {
 class LagSums {
  public:
   LagSums(const Values& late, const Values& early, double dt) : dt_(dt) {
-    // Ten seconds, less in a short log: few blocks drawn anew hardly differ.
-    constexpr std::size_t least_blocks = 8;
-    const auto block =
-        std::max<std::size_t>(1, std::min(static_cast<std::size_t>(10.0 / dt), late.size() / least_blocks));
+    const std::size_t block = samples_of_block(dt, late.size());
     blocks_ = std::max<std::size_t>(1, late.size() / block);
     constexpr double earliest = -0.6, latest = 1.2;  // [s]
     first_ = std::lround(earliest / dt);

@@ -131,15 +131,6 @@ void repeated_commands(const SessionFile& file, std::vector<Finding>& out) {
   look_at(s.steering_between, "delta");
 }
 
-/// The session with the readings only of rows in which the car moves: while it stands its channels hardly change, and
-/// what is usual of all rows is next to nothing where it stands half of the time.
-Session while_moving(Session s) {
-  const std::vector<bool> moving = moving_rows(s);
-  for (std::size_t i = 0; i < s.rows(); ++i)
-    if (!moving[i]) std::fill_n(s.reading.begin() + static_cast<std::ptrdiff_t>(i * channels), channels, not_a_number);
-  return s;
-}
-
 /// Sizes of a channel's second differences from row to row.
 Values second_differences(const Session& s, std::size_t c, double row_step) {
   Values second;

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "measured/readings/scaled_difference.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -30,19 +31,11 @@ std::vector<std::size_t> rows_with(const Session& session, std::size_t channel) 
 }
 
 /// Fourth difference of five readings, for uneven ones the divided difference that white noise gives the same size.
-double fourth_difference(const Session& s, std::size_t channel, std::span<const std::size_t, 5> row, double step,
-                         bool even) {
-  const auto y = [&](std::size_t i) { return s.at(row[i], channel); };
-  if (even) return y(4) - 4.0 * y(3) + 6.0 * y(2) - 4.0 * y(1) + y(0);
-  double difference = 0.0, gain = 0.0;
-  for (std::size_t i = 0; i < row.size(); ++i) {
-    double weight = 1.0;
-    for (std::size_t j = 0; j < row.size(); ++j)
-      if (j != i) weight *= step / (s.t[row[i]] - s.t[row[j]]);
-    difference += weight * y(i);
-    gain += weight * weight;
-  }
-  return difference * std::sqrt(fourth_difference_covariance(0.0, 0) / gain);
+double fourth_difference(const Session& s, std::size_t channel, std::span<const std::size_t, 5> row, bool even) {
+  std::array<double, 5> t{}, y{};
+  for (std::size_t i = 0; i < row.size(); ++i) t[i] = s.t[row[i]], y[i] = s.at(row[i], channel);
+  if (even) return y[4] - 4.0 * y[3] + 6.0 * y[2] - 4.0 * y[1] + y[0];
+  return scaled_difference(t, y) * std::sqrt(fourth_difference_covariance(0.0, 0));
 }
 
 }  // namespace
@@ -61,7 +54,7 @@ std::optional<Noise> noise_of(const Session& session, std::size_t channel, doubl
     std::array<std::size_t, 5> row{};
     for (std::size_t i = 0; i < row.size(); ++i) row[i] = in_rows ? k - 4 + i : rows[k - 4 + i];
     if (session.t[row.back()] - session.t[row.front()] > 4.6 * step) continue;
-    difference[k] = fourth_difference(session, channel, row, step, in_rows);
+    difference[k] = fourth_difference(session, channel, row, in_rows);
     if (!std::isnan(difference[k])) sizes.push_back(std::abs(difference[k]));
   }
   if (sizes.size() < 100) return std::nullopt;

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <vector>
 
+#include "measured/estimates/independent_blocks.hpp"
+#include "measured/readings/bridged_readings.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -14,10 +16,8 @@ namespace gripline::measured {
 namespace {
 
 using Index = Eigen::Index;
-constexpr double block_length = 10.0;  // [s]
 constexpr double most_sideways = 4.0;  // [m/s2]
 constexpr std::size_t fewest_windows = 20;
-constexpr double longest_gap = 0.25;  // [s] between readings
 
 /// Means over a window of a log; `complete` where all its rows have what is needed.
 struct Window {
@@ -37,9 +37,9 @@ struct Equation {
 Window window_of(const Session& log, std::size_t first, std::size_t end, double length, double late) {
   Window w;
   const auto n = static_cast<double>(end - first);
-  if (end >= log.rows() || log.t[end] - log.t[first] > length + longest_gap) return w;
+  if (end >= log.rows() || log.t[end] - log.t[first] > length + even_motion) return w;
   const auto reading = [&](std::size_t channel, double time) {
-    return log.bridge(channel, time, INFINITY, longest_gap);
+    return log.bridge(channel, time, INFINITY, even_motion);
   };
   for (std::size_t i = first; i < end; ++i) {
     w.time += log.t[i] / n;
@@ -77,10 +77,10 @@ void add_equations(const std::vector<Window>& windows, double begin, std::size_t
   for (std::size_t i = 1; i + 1 < windows.size(); ++i) {
     const Window &before = windows[i - 1], &w = windows[i], &after = windows[i + 1];
     if (!before.complete || !w.complete || !after.complete) continue;
-    if (after.time - before.time > 2.0 * (length + longest_gap)) continue;
+    if (after.time - before.time > 2.0 * (length + even_motion)) continue;
     if (w.vx < slowest || std::abs(w.vx * w.rate) > most_sideways) continue;
     const double change = (after.rate - before.rate) / (after.time - before.time);
-    const auto block = static_cast<std::size_t>((w.time - begin) / block_length);
+    const auto block = static_cast<std::size_t>((w.time - begin) / independent_time);
     to.push_back(
         {{wheelbase * w.rate / w.vx, w.vx * w.rate, change}, w.delta, {w.vx, w.rate}, log, first_block + block});
   }

@@ -6,13 +6,14 @@
 #include <numbers>
 #include <vector>
 
+#include "measured/estimates/independent_blocks.hpp"
+#include "measured/readings/bridged_readings.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
 namespace {
 
-constexpr double stretch_length = 10.0;  // [s]
-constexpr std::size_t fewest_logs = 4;   // whose spread says anything
+constexpr std::size_t fewest_logs = 4;  // whose spread says anything
 
 /// From one reading of yaw to the next, or of several of them.
 struct TurnedBeyondYaw {
@@ -22,17 +23,16 @@ struct TurnedBeyondYaw {
 
 /// Between readings of yaw that follow each other with the yaw rate read all the way. Whole turns do not show.
 std::vector<TurnedBeyondYaw> between_readings(const Session& session) {
-  constexpr double longest_gap = 0.25;  // [s] of the yaw rate, over which it is taken as linear
-  constexpr double longest = 1.0;       // [s] from one yaw to the next
+  constexpr double longest = 1.0;  // [s] from one yaw to the next
   std::vector<TurnedBeyondYaw> out;
   double begin = NAN, yaw = NAN, turned = 0.0;  // since the last reading of yaw
   double last_rate = NAN, last_time = NAN;
   for (std::size_t i = 0; i < session.rows(); ++i) {
     const double t = session.t[i], now = session.at(i, Channel::yaw);
     double rate = session.at(i, Channel::yaw_rate);
-    if (std::isnan(rate) && !std::isnan(now)) rate = session.bridge(Channel::yaw_rate, t, INFINITY, longest_gap);
+    if (std::isnan(rate) && !std::isnan(now)) rate = session.bridge(Channel::yaw_rate, t, INFINITY, even_motion);
     if (std::isnan(rate)) continue;
-    if (t - last_time <= longest_gap)
+    if (t - last_time <= even_motion)
       turned += 0.5 * (t - last_time) * (rate + last_rate);
     else
       yaw = NAN;
@@ -74,9 +74,9 @@ void add_stretches(const std::vector<TurnedBeyondYaw>& all, std::vector<TurnedBe
   for (const TurnedBeyondYaw& one : all) {
     sum.angle += one.angle;
     sum.time += one.time;
-    if (sum.time >= stretch_length) end_stretch();
+    if (sum.time >= independent_time) end_stretch();
   }
-  if (sum.time >= 0.5 * stretch_length) {
+  if (sum.time >= 0.5 * independent_time) {
     end_stretch();
   } else if (added > 0) {
     to.back().angle += sum.angle;

@@ -63,14 +63,14 @@ void check_speed(const CsvTable& table, double ratio) {
     if (ratio > u.low && ratio < u.high)
       refuse(table, found + (u.of_place ? ": x_m, y_m look like " : ": vx_mps looks like ") + u.name +
                         (u.of_place ? "; expected m" : "; expected m/s"));
-  if (!(ratio > 0.6 && ratio < 1.6)) refuse(table, found + "; expected about 1");
+  if (!is_about(ratio)) refuse(table, found + "; expected about 1");
 }
 
 void check_rate(const CsvTable& table, double ratio) {
-  if (ratio > 30.0 && ratio < 90.0)
+  if (is_of_degrees(ratio))
     refuse(table, "yaw_rate_radps is " + significant(ratio) +
                       " times the rate of yaw_rad: it looks like deg/s; expected rad/s");
-  if (ratio > 1.0 / 90.0 && ratio < 1.0 / 30.0)
+  if (is_over_degrees(ratio))
     refuse(table, "yaw_rad turns " + significant(1.0 / ratio) +
                       " times as fast as yaw_rate_radps says: it looks like degrees; expected rad");
   if (ratio < -0.5)
@@ -134,7 +134,7 @@ void check_commands(const CsvTable& table, const RawLog& raw, double delta_max) 
   for (const double angle : raw.delta) angles.push_back(std::abs(angle));
   for (const double d : raw.d) pedals.push_back(std::abs(d));
   const double steered = lower_quantile(angles, 0.97, 0.0), pedal = lower_quantile(pedals, 0.97, 0.0);
-  if (steered > 1.6)
+  if (steered > most_steering)
     refuse(table, "delta_rad reaches " + significant(steered) + ": it looks like degrees; expected rad");
   // A car steers beyond its limit by an error of calibration, never by half.
   if (delta_max > 0.0 && steered > 1.5 * delta_max)
@@ -142,7 +142,8 @@ void check_commands(const CsvTable& table, const RawLog& raw, double delta_max) 
                       significant(delta_max) +
                       ": it looks like the angle of the handwheel; expected that of the road wheels, so divide by the "
                       "steering ratio");
-  if (pedal > 1.5) refuse(table, "d reaches " + significant(pedal) + ": it looks like per cent; expected -1 to 1");
+  if (pedal > most_pedal)
+    refuse(table, "d reaches " + significant(pedal) + ": it looks like per cent; expected -1 to 1");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "measured/readings/scaled_difference.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -19,31 +20,22 @@ double usual_gap(std::span<const Log> stretches, std::size_t channel) {
   return lower_quantile(std::move(gaps), 0.9, 0.0);
 }
 
-/// Divided difference of a channel's readings at these samples, over the standard deviation that white noise of one
-/// gives it.
-double scaled_difference(const Log& log, std::size_t channel, std::span<const std::size_t> at) {
-  double difference = 0.0, gain = 0.0;
-  for (const std::size_t here : at) {
-    double weight = 1.0;
-    for (const std::size_t other : at)
-      if (other != here) weight /= static_cast<double>(here) - static_cast<double>(other);
-    difference += weight * log.reading[here * channels + channel];
-    gain += weight * weight;
-  }
-  return difference / std::sqrt(gain);
-}
-
 }  // namespace
 
 double white_noise(std::span<const Log> stretches, std::size_t channel, std::size_t order) {
   const double longest = static_cast<double>(order) * usual_gap(stretches, channel);
   std::vector<double> squares;
   for (const Log& log : stretches) {
-    const std::vector<std::size_t> at = samples_with(log, channel);
+    std::vector<double> at, reading;  // of samples
+    for (const std::size_t i : samples_with(log, channel)) {
+      at.push_back(static_cast<double>(i));
+      reading.push_back(log.reading[i * channels + channel]);
+    }
     for (std::size_t i = order; i < at.size(); ++i) {
       // Across gaps a car's own motion shows.
-      if (static_cast<double>(at[i] - at[i - order]) > longest) continue;
-      squares.push_back(std::pow(scaled_difference(log, channel, {at.data() + (i - order), order + 1}), 2));
+      if (at[i] - at[i - order] > longest) continue;
+      squares.push_back(std::pow(
+          scaled_difference({at.data() + (i - order), order + 1}, {reading.data() + (i - order), order + 1}), 2));
     }
   }
   // The smaller half is hardly touched by the car's own quick motions: the median of a chi-square with one degree of

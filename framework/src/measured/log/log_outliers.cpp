@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "measured/readings/unit_checks.hpp"
 #include "measured/readings/unwrapped_angles.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -97,7 +98,7 @@ void drop_blank_rows(RawLog& raw, std::vector<Finding>& health) {
 void drop_impossible_commands(RawLog& raw, std::vector<Finding>& health) {
   std::vector<std::size_t> good;
   for (std::size_t i = 0; i < raw.size(); ++i)
-    if (std::abs(raw.d[i]) <= 1.5 && std::abs(raw.delta[i]) <= 1.6) good.push_back(i);
+    if (std::abs(raw.d[i]) <= most_pedal && std::abs(raw.delta[i]) <= most_steering) good.push_back(i);
   const std::size_t bad = raw.size() - good.size();
   if (bad == 0 || bad * 33 > raw.size()) return;
   raw = raw.picked(good);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "config/errors.hpp"
+#include "measured/clock_steps.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -153,8 +154,7 @@ double check_time(const CsvTable& table, RawLog& raw, std::vector<Finding>& heal
   if (raw.size() < 20)
     refuse(table, "only " + std::to_string(raw.size()) + " usable rows; expected a log of at least 5 s");
   const double dt = usual_step(raw.t);
-  constexpr double least_count = 5.0;  // a step below it may be one in seconds
-  if (dt > 0.9 && dt < least_count)
+  if (may_be_seconds_or_milliseconds(dt))
     refuse(table, "rows are " + significant(dt) + " s apart (" + significant(1.0 / dt) +
                       " Hz); expected 0.1 s or less; if the numbers are milliseconds (" + significant(1e3 / dt, 4) +
                       " Hz), divide them by 1000");

@@ -6,7 +6,7 @@
 
 namespace gripline::measured {
 
-inline constexpr double even_motion = 0.25;  // [s] over which a car moves evenly, for readings between its rows
+inline constexpr double even_motion = 0.25;  // [s] over which a car moves evenly: between its readings
 
 /// Readings of a log (rows x channels, NaN where missing) at times `t` [s], with what is missing between two of a
 /// channel that are at most `longest_gap` [s] apart on the straight line between them.

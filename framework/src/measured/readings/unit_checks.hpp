@@ -1,5 +1,5 @@
-// What checks of units share: the usual ratio of two channels, and which wrong unit makes a speed so many times
-// another.
+// What checks of units share: the usual ratio of two channels, what it is where one has a wrong unit, and what commands
+// cannot be.
 #pragma once
 
 #include <algorithm>
@@ -40,6 +40,16 @@ double usual_ratio(const Windows& windows, Top top, Bottom bottom, std::size_t f
     if (sizes[i] >= enough && bottoms[i] != 0.0) ratios.push_back(tops[i] / bottoms[i]);
   return ratios.size() < fewest ? not_a_number : upper_median(ratios, not_a_number);
 }
+
+/// Whether two channels that show one motion agree but for slip, noise and scale: no other unit is so near.
+inline bool is_about(double ratio, double expected = 1.0) { return ratio > 0.6 * expected && ratio < 1.6 * expected; }
+/// Whether the upper of two rates is in degrees, where the ratio of them would be one: it is 57.
+inline bool is_of_degrees(double ratio) { return ratio > 30.0 && ratio < 90.0; }
+/// Whether the lower is.
+inline bool is_over_degrees(double ratio) { return ratio > 1.0 / 90.0 && ratio < 1.0 / 30.0; }
+
+inline constexpr double most_steering = 1.6;  // [rad] no wheel turns further: beyond it the angle is in degrees
+inline constexpr double most_pedal = 1.5;     // [1] beyond it d is in per cent, or a pressure
 
 /// A unit that was taken for the right one makes the speed that is read this many times that of the place. No wider:
 /// the advice is followed, and what is left of the error may pass.

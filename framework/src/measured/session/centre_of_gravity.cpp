@@ -41,8 +41,9 @@ double moved_reading(const Session& session, const Session& bridged, std::size_t
 Session at_centre_of_gravity(const SessionFile& file, const std::array<double, delay_groups>& delays) {
   const Session& s = file.session;
   const bool on_time = std::ranges::all_of(delays, [](double delay) { return delay == 0.0; });
-  if (on_time && !file.pose.given() && !file.velocity.given()) return s;
+  if (on_time && !s.pose.given() && !s.velocity.given()) return s;
   Session bridged = s, out = s;
+  out.pose = out.velocity = {};
   bridged.reading = bridged_readings(s.t, s.reading, even_motion);
   for (std::size_t i = 0; i < s.rows(); ++i) {
     Channels r{};
@@ -50,8 +51,7 @@ Session at_centre_of_gravity(const SessionFile& file, const std::array<double, d
       const double delay = delays[delay_group[c]];
       r[c] = delay == 0.0 ? s.at(i, c) : moved_reading(s, bridged, c, s.t[i] + delay);
     }
-    remove_frames(r, bridged.interpolate(Channel::yaw, s.t[i] + delays[delay_group[Channel::yaw]]), file.pose,
-                  file.velocity);
+    remove_frames(r, bridged.interpolate(Channel::yaw, s.t[i] + delays[delay_group[Channel::yaw]]), s.pose, s.velocity);
     std::ranges::copy(r, out.reading.begin() + static_cast<std::ptrdiff_t>(i * channels));
   }
   return out;

@@ -6,7 +6,10 @@
 
 #include "config/units.hpp"
 #include "measured/readings/held_readings.hpp"
+#include "measured/readings/unit_checks.hpp"
+#include "measured/session/session_windows.hpp"
 #include "measured/table/column_names.hpp"
+#include "measured/table/formula.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
@@ -113,7 +116,7 @@ class CommandGuess {
     if (c < 0) return;
     std::string unit = draft_.unit_of(c, "rad");
     const double most = quantile_of_size(draft_.values(c), 0.99);
-    if (unit == "rad" && most > 1.6) {
+    if (unit == "rad" && most > most_steering) {
       unit = "deg";
       draft_.remarks.push_back("delta: values of " + significant(most) + ", taken for degrees");
     }
@@ -147,18 +150,47 @@ class CommandGuess {
     draft_.channels.set("delta", std::move(node));
   }
 
-  /// Whether the steering is positive to the right, as the yaw rate or the heading shows.
+  /// Whether the steering is positive to the right, as the yaw rate shows, or where there is none, the heading.
   bool turns_against(int c) const {
-    const Node* const rate = draft_.channels.find("yaw_rate");
-    const int r = draft_.column("yaw_rate");
-    if (rate == nullptr || r < 0) return false;
-    double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
-    for (std::size_t i = 0; i < draft_.table.rows(); ++i) {
-      const double x = draft_.values(c)[i], y = draft_.values(r)[i];
-      if (std::isnan(x + y)) continue;
-      n += 1, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
+    const bool by_rate = draft_.found("yaw_rate") && draft_.column("yaw_rate") >= 0;
+    return (by_rate ? steering_and_yaw_rate(c) : steering_and_heading(c)).value() < -0.3;
+  }
+  Correlation steering_and_yaw_rate(int c) const {
+    const Values &steering = draft_.values(c), &rate = draft_.values(draft_.column("yaw_rate"));
+    Correlation out;
+    for (std::size_t i = 0; i < draft_.table.rows(); ++i)
+      if (!std::isnan(steering[i] + rate[i])) out.add(steering[i], rate[i]);
+    return out;
+  }
+  /// Mean steering and the heading's change per row, over so many rows that the change is more than noise.
+  Correlation steering_and_heading(int c) const {
+    constexpr std::size_t long_enough = 10;  // rows
+    Correlation out;
+    const Values &steering = draft_.values(c), yaw = heading();
+    double last = not_a_number, turned = 0.0, steered = 0.0, steers = 0.0;
+    std::size_t from = 0;
+    for (std::size_t i = 0; i < yaw.size(); ++i) {
+      if (!std::isnan(steering[i])) steered += steering[i], steers += 1.0;
+      if (std::isnan(yaw[i])) continue;
+      turned += std::remainder(yaw[i] - last, 2.0 * pi);
+      last = yaw[i];
+      if (i - from < long_enough) continue;
+      if (std::isfinite(turned) && steers > 0.0) out.add(steered / steers, turned / static_cast<double>(i - from));
+      from = i;
+      turned = steered = steers = 0.0;
     }
-    return (sxy - sx * sy / n) / std::sqrt((sxx - sx * sx / n) * (syy - sy * sy / n)) < -0.3;
+    return out;
+  }
+  /// By row, as the map makes it [rad]; empty without one.
+  Values heading() const {
+    const Node* const yaw = draft_.channels.find("yaw");
+    if (yaw == nullptr) return {};
+    const Node* const made = yaw->find("formula");
+    const Formula formula(made != nullptr ? made->text() : draft_.quoted(draft_.column("yaw")), draft_.table, "yaw");
+    Values out = formula.evaluate(draft_.table, {});
+    const double radian = to_si("1 " + yaw->find("unit")->text(), "rad");
+    for (double& v : out) v *= radian;
+    return out;
   }
 
   GuessDraft& draft_;

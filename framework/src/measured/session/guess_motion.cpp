@@ -163,7 +163,7 @@ class MotionGuess {
     }
     const double ratio = quantile_of_size(ratios, 0.5), expected = 1.0 / to_si("1 " + taken, "m/s");
     const std::string found = "vx: " + significant(ratio) + " times the speed of the path";
-    if (told && ratio > 0.6 * expected && ratio < 1.6 * expected) return;
+    if (told && is_about(ratio, expected)) return;
     for (const WrongUnit& wrong : wrong_units)
       if (!wrong.of_place && ratio > wrong.low && ratio < wrong.high) {
         if (!told) draft_.channels.set("vx", guessed_channel("column", draft_.name(c), wrong.unit));
@@ -171,8 +171,7 @@ class MotionGuess {
                                  (told ? "; its name says " + taken : ""));
         return;
       }
-    if (!(ratio > 0.6 * expected && ratio < 1.6 * expected))
-      draft_.remarks.push_back(found + "; its unit is not told by that");
+    if (!is_about(ratio, expected)) draft_.remarks.push_back(found + "; its unit is not told by that");
   }
 
   void guess_yaw_rate() {

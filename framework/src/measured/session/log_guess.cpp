@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "measured/clock_steps.hpp"
 #include "measured/session/guess_commands.hpp"
 #include "measured/session/guess_draft.hpp"
 #include "measured/session/guess_motion.hpp"
@@ -36,9 +37,8 @@ void guess_time(GuessDraft& draft) {
   for (std::size_t i = 1; i < t.size(); ++i)
     if (t[i] > t[i - 1]) steps.push_back(t[i] - t[i - 1]);
   const double step = quantile_of_size(steps, 0.5);
-  constexpr double least_count = 5.0;  // steps below it may be those of a slow logger, in seconds
   constexpr double a_day = 86400.0;
-  if (unit == "s" && !draft.table.is_clock(static_cast<std::size_t>(c)) && step > 0.9 && step < least_count) {
+  if (unit == "s" && !draft.table.is_clock(static_cast<std::size_t>(c)) && may_be_seconds_or_milliseconds(step)) {
     if (draft.unit_of_name(c, "s").empty() && step * static_cast<double>(steps.size()) > a_day) unit = "ms";
     draft.remarks.push_back("time: steps of " + significant(step) + " are " + significant(1.0 / step) +
                             " Hz in s and " + significant(1e3 / step, 4) + " Hz in ms; taken for " + unit);

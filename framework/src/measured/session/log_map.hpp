@@ -46,13 +46,6 @@ struct MappedChannel {
   Origin origin;
 };
 
-/// Where a sensor is mounted: ahead of and left of the centre of gravity [m], axes turned to the left by `yaw` [rad].
-struct Frame {
-  double x = 0, y = 0, yaw = 0;
-  bool x_given = false, y_given = false, yaw_given = false;
-  bool given() const { return x_given || y_given || yaw_given; }
-};
-
 /// Channels that are stamped by one clock share a delay: four groups.
 inline constexpr std::size_t delay_groups = 4;
 inline constexpr std::array<const char*, delay_groups> delay_names = {"position", "yaw", "velocity", "yaw_rate"};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "measured/readings/bridged_readings.hpp"
 #include "measured/readings/reading_pace.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -79,7 +80,6 @@ double mean_of_held(const Session& session, double CommandSample<double>::*comma
 }  // namespace
 
 CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.front()), dt(spacing) {
-  constexpr double longest_gap = 0.25;  // [s] bridged by a straight line
   const auto n = static_cast<std::size_t>((session.t.back() - t0) / dt + 1e-6) + 1;
   sample.reserve(n);
   row_at.reserve(n);
@@ -89,7 +89,7 @@ CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.
     while (i + 1 < session.rows() && session.t[i + 1] <= time + 1e-9) ++i;
     const CommandSample<double>& a = session.command[i];
     const bool on_row = time <= session.t[i] + 1e-9 || i + 1 >= session.rows();
-    const bool stays = on_row || session.t[i + 1] - session.t[i] > longest_gap;
+    const bool stays = on_row || session.t[i + 1] - session.t[i] > even_motion;
     const CommandSample<double>& b = stays ? a : session.command[i + 1];
     const double share = stays ? 0.0 : (time - session.t[i]) / (session.t[i + 1] - session.t[i]);
     std::size_t latest = i;

@@ -10,8 +10,16 @@
 
 #include "measured/channels.hpp"
 #include "measured/readings/between_rows.hpp"
+#include "measured/readings/bridged_readings.hpp"
 
 namespace gripline::measured {
+
+/// Where a sensor is mounted: ahead of and left of the centre of gravity [m], axes turned to the left by `yaw` [rad].
+struct Frame {
+  double x = 0, y = 0, yaw = 0;
+  bool x_given = false, y_given = false, yaw_given = false;
+  bool given() const { return x_given || y_given || yaw_given; }
+};
 
 struct Session {
   std::string name;
@@ -22,14 +30,15 @@ struct Session {
   std::vector<double> written_yaw;             // by row, as the log wraps it [rad]
   std::vector<CommandSample<double>> command;  // by row
   BetweenRows throttle_between, steering_between;
+  Frame pose, velocity;           // of the units whose readings these are
   bool prescribed_speed = false;  // no throttle is known: vx is taken from the log
 
   std::size_t rows() const { return t.size(); }
   double at(std::size_t row, std::size_t channel) const { return reading[row * channels + channel]; }
   /// The reading at a time between two rows that both have it and are at most `longest_gap` [s] apart, linear; or NaN.
-  double interpolate(std::size_t channel, double time, double longest_gap = 0.25) const;
+  double interpolate(std::size_t channel, double time, double longest_gap = even_motion) const;
   /// As `interpolate`, where `row` is known to be the last one at or before the time.
-  double interpolate_from(std::size_t row, std::size_t channel, double time, double longest_gap = 0.25) const;
+  double interpolate_from(std::size_t row, std::size_t channel, double time, double longest_gap = even_motion) const;
   /// The reading at a time as rows up to `until` show it: linear between the readings around it, whatever rows without
   /// one lie between, the last one where none follows by then. NaN where the readings around it, or the last one and
   /// the time, are more than `longest_gap` [s] apart. `slope`, where given, gets the change per second.

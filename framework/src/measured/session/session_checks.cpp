@@ -113,11 +113,11 @@ class Checks {
     std::vector<double> d, delta;
     for (const auto& c : s_.command) d.push_back(std::abs(c.d)), delta.push_back(std::abs(c.delta));
     const double most_d = lower_quantile(d, 0.99), most_delta = lower_quantile(delta, 0.99);
-    if (most_d > 1.5)
+    if (most_d > most_pedal)
       refuse("d reaches " + significant(most_d) + "; throttle is 0 to 1 and brake 0 to -1: " +
              (most_d < 150 ? "it looks like per cent (divide by 100)"
                            : "a pressure needs its largest value to divide by"));
-    if (most_delta > 1.6)
+    if (most_delta > most_steering)
       refuse("delta reaches " + significant(most_delta) +
              " rad, which no wheel turns: it looks like degrees (\"unit\": "
              "\"deg\") or the angle of the steering wheel (divide by the steering ratio)");
@@ -136,9 +136,9 @@ class Checks {
 
   void speed() const {
     const double ratio = speed_over_path(windows_);
-    if (std::isnan(ratio) || (ratio > 0.6 && ratio < 1.6)) return;
+    if (std::isnan(ratio) || is_about(ratio)) return;
     const std::string found = "vx is " + significant(ratio) + " times the speed at which x and y move";
-    if (ratio < -0.6 && ratio > -1.6) refuse(found + ": its sign is turned (\"sign\": -1), or the car drives backward");
+    if (is_about(-ratio)) refuse(found + ": its sign is turned (\"sign\": -1), or the car drives backward");
     constexpr double no_car = 100.0;  // [m/s] a millimetre per second of the slowest one is more
     std::vector<double> speeds;
     for (const SessionWindow& w : windows_)
@@ -161,10 +161,10 @@ class Checks {
     const std::string found = "yaw_rate is " + significant(ratio) + " times the rate of yaw";
     // Which of the two is wrong, the path tells.
     const double by_path = yaw_over_path(windows_);
-    if (ratio > 30 && ratio < 90)
-      refuse(found + (by_path > 1.0 / 90 && by_path < 1.0 / 30 ? ": yaw was taken for degrees and is radians"
-                                                               : ": it looks like deg/s (\"unit\": \"deg/s\")"));
-    if (ratio > 1.0 / 90 && ratio < 1.0 / 30)
+    if (is_of_degrees(ratio))
+      refuse(found + (is_over_degrees(by_path) ? ": yaw was taken for degrees and is radians"
+                                               : ": it looks like deg/s (\"unit\": \"deg/s\")"));
+    if (is_over_degrees(ratio))
       refuse(found +
              (by_path > 0.5 && by_path < 2.0
                   ? ", which turns as the path does: yaw_rate was taken for deg/s and is rad/s (\"unit\": \"rad/s\")"

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "measured/readings/bridged_readings.hpp"
 #include "measured/readings/unit_checks.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 #include "measured/session/session_windows.hpp"
@@ -98,7 +99,6 @@ struct Sideways {
 
 /// Moves of the place from row to row in the car's axes, in stretches without gaps.
 std::vector<std::vector<Sideways>> sideways_of(const Session& s) {
-  constexpr double gap = 0.25;  // [s]
   std::vector<std::vector<Sideways>> out;
   double x = NAN, y = NAN, yaw = NAN;
   for (std::size_t i = 0; i < s.rows(); ++i) {
@@ -106,7 +106,7 @@ std::vector<std::vector<Sideways>> sideways_of(const Session& s) {
     const double heading = s.at(i, Channel::yaw), vy = s.at(i, Channel::vy);
     if (!std::isfinite(heading + vy)) continue;
     Sideways one{s.t[i], vy};
-    if (out.empty() || s.t[i] - out.back().back().t > gap) {
+    if (out.empty() || s.t[i] - out.back().back().t > even_motion) {
       out.emplace_back();
     } else {
       const double dx = s.at(i, Channel::x) - x, dy = s.at(i, Channel::y) - y, middle = 0.5 * (yaw + heading);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "measured/readings/bridged_readings.hpp"
 #include "measured/readings/held_readings.hpp"
 #include "measured/readings/unwrapped_angles.hpp"
 #include "measured/session/channel_reader.hpp"
@@ -14,6 +15,7 @@
 #include "measured/table/refuse_file.hpp"
 #include "measured/table/row_times.hpp"
 #include "util/numbers.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::measured {
 namespace {
@@ -27,8 +29,8 @@ class SessionReader {
 
   SessionFile read() {
     out_.session.name = table_.file.filename().string();
-    out_.pose = map_.pose;
-    out_.velocity = map_.velocity;
+    out_.session.pose = map_.pose;
+    out_.session.velocity = map_.velocity;
     for (const std::string& one : table_.found) note("file", one, "read so");
     read_time();
     for (std::size_t s = 0; s < source_count; ++s)
@@ -179,41 +181,77 @@ class SessionReader {
     of(Source::y) = std::move(places.y);
   }
 
-  /// Course and speed from the places of this row and the last one that had one: nothing later is looked at.
+  /// Velocity of the point whose places the log has, in the axes of those.
+  struct Moves {
+    Values x, y;  // by row [m/s]
+  };
+  /// From the places of this row and the last one that had one: nothing later is looked at. NaN behind a gap, over
+  /// which a car need not have moved evenly; places that are always so far apart have no gap between them.
+  Moves moves() const {
+    const auto& t = out_.session.t;
+    const Values &x = of(Source::x), &y = of(Source::y);
+    std::vector<std::size_t> placed;  // rows
+    for (std::size_t i = 0; i < t.size(); ++i)
+      if (!std::isnan(x[i] + y[i])) placed.push_back(i);
+    Values steps;
+    for (std::size_t k = 1; k < placed.size(); ++k) steps.push_back(t[placed[k]] - t[placed[k - 1]]);
+    constexpr double rounding = 1e-9;  // [s] of stamps
+    const double longest = std::max(even_motion, 1.5 * median(steps, 0.0)) + rounding;
+    Moves out{Values(t.size(), not_a_number), Values(t.size(), not_a_number)};
+    for (std::size_t k = 1; k < placed.size(); ++k) {
+      const std::size_t i = placed[k], last = placed[k - 1];
+      if (steps[k - 1] > longest) continue;
+      out.x[i] = (x[i] - x[last]) / steps[k - 1];
+      out.y[i] = (y[i] - y[last]) / steps[k - 1];
+    }
+    return out;
+  }
+
+  /// Course and speed from places.
   void derive() {
     const bool place = has(Source::x) && has(Source::y), has_speed = has(Source::vx);
     if (!place || (has(Source::yaw) && has_speed)) return;
-    const auto& t = out_.session.t;
-    Values course(t.size(), not_a_number), speed(t.size(), not_a_number), along_x(t.size(), not_a_number),
-        along_y(t.size(), not_a_number);
-    std::size_t last = t.size();
-    for (std::size_t i = 0; i < t.size(); ++i) {
-      if (std::isnan(of(Source::x)[i] + of(Source::y)[i])) continue;
-      if (last < i) {
-        const double dt = t[i] - t[last];
-        along_x[i] = (of(Source::x)[i] - of(Source::x)[last]) / dt;
-        along_y[i] = (of(Source::y)[i] - of(Source::y)[last]) / dt;
-        speed[i] = std::hypot(along_x[i], along_y[i]);
-        if (speed[i] > 0.5) course[i] = std::atan2(along_y[i], along_x[i]);
-      }
-      last = i;
-    }
-    if (!has(Source::yaw)) {
-      of(Source::yaw) = std::move(course);
-      out_.derived_yaw = true;
-      note("yaw", "absent", "the course over ground is taken; sideslip is not seen");
-      if (!has_speed) of(Source::vx) = std::move(speed);
-    } else {
-      const bool sideways = !has(Source::vy);
-      for (std::size_t i = 0; i < t.size(); ++i) {
-        const double heading = of(Source::yaw)[i] - map_.pose.yaw, c = std::cos(heading), s = std::sin(heading);
-        of(Source::vx).push_back(c * along_x[i] + s * along_y[i]);
-        if (sideways) of(Source::vy).push_back(c * along_y[i] - s * along_x[i]);
-      }
-    }
+    const Moves along = moves();
+    if (!has(Source::yaw))
+      derive_course(along);
+    else
+      derive_velocity(along);
     if (has_speed) return;
     out_.derived_velocity = true;
     note("velocity", "absent", "from differences of the place, half a step late");
+  }
+  /// The course in place of a yaw, with the speed where that is absent, too.
+  void derive_course(const Moves& along) {
+    constexpr double slowest = 0.5;  // [m/s] below it a course is noise
+    const bool has_speed = has(Source::vx);
+    for (std::size_t i = 0; i < along.x.size(); ++i) {
+      const double speed = std::hypot(along.x[i], along.y[i]);
+      of(Source::yaw).push_back(speed > slowest ? std::atan2(along.y[i], along.x[i]) : not_a_number);
+      if (!has_speed) of(Source::vx).push_back(speed);
+    }
+    out_.derived_yaw = true;
+    out_.session.pose.yaw = 0.0;  // a course is of no unit whose axes could be turned
+    out_.session.pose.yaw_given = false;
+    if (!has_speed) velocity_is_of_place();
+    note("yaw", "absent", "the course over ground is taken; sideslip is not seen");
+  }
+  void derive_velocity(const Moves& along) {
+    velocity_is_of_place();
+    const bool sideways = !has(Source::vy);
+    for (std::size_t i = 0; i < along.x.size(); ++i) {
+      const double heading = of(Source::yaw)[i] - map_.pose.yaw, c = std::cos(heading), s = std::sin(heading);
+      of(Source::vx).push_back(c * along.x[i] + s * along.y[i]);
+      if (sideways) of(Source::vy).push_back(c * along.y[i] - s * along.x[i]);
+    }
+  }
+  /// A velocity that is derived is of the point that the places show, in the car's axes. How far ahead a point lies
+  /// changes vy alone, how far to the side vx alone: beside a vy that is read, its unit keeps what is of vy.
+  void velocity_is_of_place() {
+    const Frame& pose = out_.session.pose;
+    Frame& velocity = out_.session.velocity;
+    if (!has(Source::vy)) velocity = {pose.x, 0.0, 0.0, pose.x_given, false, false};
+    velocity.y = pose.y;
+    velocity.y_given = pose.y_given;
   }
 
   /// Before the first value of a command nobody knows it, and the car need not drive straight.

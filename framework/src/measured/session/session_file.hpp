@@ -18,14 +18,14 @@ struct SessionFile {
   bool derived_velocity = false;  // vx, vy from differences of the place
   bool derived_yaw = false;       // the course over ground
   double row_step = 0;            // median [s]
-  Frame pose, velocity;           // of the units whose readings these are, as the map states them
 };
 
 /// Reads a log through a map. Readings that are missing, or held from the row before where the map says so, are NaN;
-/// yaw is unwrapped; what the log lacks is derived from what it has (speed and course from places) or
-/// left out. Rows of one time stamp become one, and those before the first commands are left out; nothing is smoothed,
-/// moved or interpolated. Throws InputError: a missing column, one without numbers, a wrong unit, time that runs
-/// backward or steps by more than an hour, fewer than 20 rows, no steering.
+/// yaw is unwrapped; what the log lacks is derived from what it has (speed and course from places) or left out. Frames
+/// are those that the map states; what is derived is of the point that the places show, in axes that are not turned.
+/// Rows of one time stamp become one, and those before the first commands are left out; nothing is smoothed, moved or
+/// interpolated. Throws InputError: a missing column, one without numbers, a wrong unit, time that runs backward or
+/// steps by more than an hour, fewer than 20 rows, no steering.
 SessionFile read_session(const std::filesystem::path& log, const LogMap& map);
 SessionFile read_session(DelimitedTable table, const LogMap& map);
 

@@ -98,6 +98,13 @@ std::vector<bool> moving_rows(const Session& session) {
   return moving;
 }
 
+Session while_moving(Session s) {
+  const std::vector<bool> moving = moving_rows(s);
+  for (std::size_t i = 0; i < s.rows(); ++i)
+    if (!moving[i]) std::fill_n(s.reading.begin() + static_cast<std::ptrdiff_t>(i * channels), channels, not_a_number);
+  return s;
+}
+
 double speed_over_path(const std::vector<SessionWindow>& windows) {
   return usual_ratio(
       windows, [](const SessionWindow& w) { return w.speed; }, [](const SessionWindow& w) { return w.way / w.seconds; },

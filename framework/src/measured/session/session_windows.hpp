@@ -34,6 +34,9 @@ inline constexpr std::size_t least_of_ratio = 10;  // windows that a ratio of ch
 /// By row, whether the car moves in half a second around it: faster than receivers show of a car at rest, and than a
 /// twentieth of what it exceeds in 2 % of the windows. True of all rows where no window shows a speed, or none such.
 std::vector<bool> moving_rows(const Session& session);
+/// The session with the readings only of those rows: while a car stands its channels hardly change, and what is usual
+/// of all rows is next to nothing where it stands half of the time.
+Session while_moving(Session session);
 
 /// How many times the speed at which the place moves vx is; NaN where they cannot be compared.
 double speed_over_path(const std::vector<SessionWindow>& windows);

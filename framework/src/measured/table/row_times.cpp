@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "measured/clock_steps.hpp"
 #include "measured/table/refuse_file.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -80,10 +81,8 @@ double step_between(const Rows& rows, const Values& time) {
   return std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
 }
 
-/// Steps of one second are those of a slow logger or of a quick one's milliseconds.
 void check_unit(const DelimitedTable& table, double step) {
-  constexpr double least_count = 5.0;  // a step below it may be one in seconds
-  if (step > 0.9 && step < least_count)
+  if (may_be_seconds_or_milliseconds(step))
     refuse_file(table.file, "rows are " + significant(step) + " s apart (" + significant(1.0 / step) +
                                 " Hz); expected 0.5 s or less (2 Hz); if the numbers are milliseconds (" +
                                 significant(1e3 / step, 4) + " Hz), the map should say so (\"unit\": \"ms\")");

@@ -42,21 +42,18 @@ Session seen_by(Session s, const measured::Frame& pose, const measured::Frame& v
     const double vx = r[3] - velocity.y * r[5], vy = r[4] + velocity.x * r[5];
     r[3] = vx * turned_c + vy * turned_s, r[4] = vy * turned_c - vx * turned_s;
   }
+  s.pose = pose;
+  s.velocity = velocity;
   return s;
 }
 
 TEST(Forecaster, FramesThatTheMapStatesAreShown) {
-  CalibrateRig rig;
+  const CalibrateRig rig;
   const Session own = drive(rig.vehicle.car(), {.seconds = 20});
-  auto options = rig.forecaster.options();
-  options.pose = {0.3, 0.1, 0.2, true, true, true};
   for (const double turned : {0.1, 0.9, -2.0, 3.1}) {
-    options.velocity = {0.2, 0.0, turned, true, true, true};
-    const Forecaster shown(rig.vehicle.car(), options);
-    const Session s = seen_by(own, options.pose, options.velocity);
+    const Session s = seen_by(own, {0.3, 0.1, 0.2, true, true, true}, {0.2, 0.0, turned, true, true, true});
     const Starts starts = some_starts(s);
-    std::vector<double> predicted;
-    shown.run<double>(s, measured::CommandGrid(s, 0.02), nullptr, shown.defaults(), starts, predicted);
+    const std::vector<double> predicted = rig.predict(s, rig.forecaster.defaults(), starts);
     EXPECT_LT(worst(s, starts, predicted, 0), 3e-3) << turned;
     EXPECT_LT(worst(s, starts, predicted, 2), 3e-3) << turned;
     EXPECT_LT(worst(s, starts, predicted, 4), 1e-2) << turned;
@@ -67,15 +64,11 @@ TEST(Forecaster, ASpeedThatIsPrescribedIsReadThroughTheFrameOfItsUnit) {
   const CalibrateRig rig;
   const Session own = drive(rig.vehicle.car(), {.seconds = 20});
   for (const double turned : {0.5, std::numbers::pi}) {
-    auto options = rig.forecaster.options();
-    options.velocity = {0.0, 0.0, turned, false, false, true};
-    const Forecaster shown(rig.vehicle.car(), options);
-    Session s = seen_by(own, {}, options.velocity);
+    Session s = seen_by(own, {}, {0.0, 0.0, turned, false, false, true});
     s.prescribed_speed = true;
     for (auto& command : s.command) command.d = 0.0;
     const Starts starts = some_starts(s);
-    std::vector<double> predicted;
-    shown.run<double>(s, measured::CommandGrid(s, 0.02), nullptr, shown.defaults(), starts, predicted);
+    const std::vector<double> predicted = rig.predict(s, rig.forecaster.defaults(), starts);
     EXPECT_LT(worst(s, starts, predicted, 2), 5e-3) << turned;
     EXPECT_LT(worst(s, starts, predicted, 3), 2e-2) << turned;
   }

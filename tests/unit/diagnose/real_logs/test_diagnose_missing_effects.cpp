@@ -339,6 +339,24 @@ TEST(MissingEffects, NoiseOfSensorsIsThatOfEveryChannelOrUnknown) {
   EXPECT_EQ(noise_with(40), 0.0);
 }
 
+/// Predictions start where the car moves. While it stands its channels hardly change.
+TEST(MissingEffects, NoiseOfSensorsIsThatOfACarThatMoves) {
+  const auto noise_with = [](std::size_t standing) {
+    return found_in_log_of(R"({"plant": {"effects": []}})", "{}", {.seconds = 60, .noise = 10}, {},
+                           [&](measured::Session& s) {
+                             for (std::size_t row = 0; row < standing; ++row) {
+                               s.t.push_back(s.t.back() + 0.02);
+                               for (std::size_t c = 0; c < measured::channels; ++c)
+                                 s.reading.push_back(c < measured::Channel::vx ? s.at(s.rows() - 2, c) : 0.0);
+                               s.command.push_back({});
+                             }
+                           })
+        .noise;
+  };
+  const double driving = noise_with(0);
+  EXPECT_NEAR(noise_with(4000), driving, 0.3 * driving);
+}
+
 TEST(MissingEffects, NothingIsNamedWhereNothingIsMissing) {
   const MissingEffects found = found_in_log_of(R"({"plant": {"params": {"Cm1": 14}, "effects": []}})");
   EXPECT_TRUE(found.named.empty()) << found.named.front().addition.name;

@@ -27,13 +27,13 @@ SessionFile circling() {
   }
   file.row_step = 0.05;
   file.has_throttle = true;
-  file.pose = {0.3, 0, 0.02, true, true, true};
-  file.velocity = {0.3, 0, 0, true, true, false};
+  s.pose = {0.3, 0, 0.02, true, true, true};
+  s.velocity = {0.3, 0, 0, true, true, false};
   return file;
 }
 
 SessionFile without_frames(SessionFile file) {
-  file.pose = file.velocity = {};
+  file.session.pose = file.session.velocity = {};
   return file;
 }
 
@@ -100,7 +100,7 @@ TEST(GriplineLog, PlacesWithoutAHeadingInTheirRowAreKept) {
     EXPECT_NEAR(column("x_m")[i], file.session.at(i, Channel::x), 1e-5) << i;
     EXPECT_EQ(std::isnan(column("yaw_rad")[i]), i % 5 != 0) << i;
   }
-  file.pose = circling().pose;
+  file.session.pose = circling().session.pose;
   write_gripline_log(out, file, late_yaw_rate);
   written = read_csv(out, true);
   for (std::size_t i = 0; i <= 395; ++i) {

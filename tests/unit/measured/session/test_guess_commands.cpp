@@ -5,15 +5,18 @@
 
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <string>
 
 #include "config/json_file.hpp"
 #include "measured/session/session_file.hpp"
 #include "support/guess_of_columns.hpp"
+#include "support/session_logs.hpp"
 
 namespace gripline::measured {
 namespace test_guess_commands {
 
+using std::numbers::pi;
 using test::guess_of_columns;
 using testing_support::scratch;
 
@@ -107,6 +110,23 @@ TEST(GuessCommands, AThrottleWithoutTheBrakeBesideItIsSaid) {
   EXPECT_THAT(guess_of_columns("time,x,y,delta,Gas,Bremse").remarks,
               testing::Contains(testing::AllOf(testing::HasSubstr("Bremse looks like a brake and is not used"),
                                                testing::HasSubstr("\"formula\": \"Gas - Bremse\""))));
+}
+
+/// A log without a yaw rate, as of a compass or of a motion capture system.
+TEST(GuessCommands, ASteeringThatIsPositiveToTheRightIsToldByTheHeading) {
+  const auto sign = [](bool compass, double left) {
+    const auto log = test::log_of("time,x,y,heading_deg,delta_rad", [&](std::ostream& out, double t, double x, double y,
+                                                                        double yaw, double, double delta) {
+      const double heading = std::remainder(compass ? pi / 2 - yaw : yaw, 2 * pi) * 180 / pi;
+      out << t << ',' << x << ',' << y << ',' << heading << ',' << left * delta << '\n';
+    });
+    const Node* const found = find_pointer(guess_map(read_delimited(log)).map, "/channels/delta/sign");
+    return found == nullptr ? 1.0 : found->number();
+  };
+  for (const bool compass : {false, true}) {
+    EXPECT_EQ(sign(compass, -1.0), -1.0) << compass;
+    EXPECT_EQ(sign(compass, 1.0), 1.0) << compass;
+  }
 }
 
 TEST(GuessCommands, ASteeringAngleThatMayBeTheSteeringWheelsIsSaid) {

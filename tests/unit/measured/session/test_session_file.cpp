@@ -9,6 +9,7 @@
 
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
+#include "measured/session/centre_of_gravity.hpp"
 #include "support/session_logs.hpp"
 
 namespace gripline::measured {
@@ -114,6 +115,84 @@ TEST(SessionFile, ASpeedThatIsThereIsNotDerivedWithTheCourse) {
   EXPECT_FALSE(file.derived_velocity);
   EXPECT_EQ(file.session.at(100, 3), 9.5);
   EXPECT_TRUE(file.session.has[2]);
+}
+
+/// The weaving car, its places those of an antenna ahead of the centre of gravity and to its left.
+std::filesystem::path antenna_log(double ahead, double left) {
+  return log_of("t,px,py,psi,r,steer", [=](std::ostream& out, double t, double x, double y, double yaw, double rate,
+                                           double delta) {
+    out << t << ',' << x + ahead * std::cos(yaw) - left * std::sin(yaw) << ','
+        << y + ahead * std::sin(yaw) + left * std::cos(yaw) << ',' << yaw + 0.1 << ',' << rate << ',' << delta << '\n';
+  });
+}
+
+TEST(SessionFile, AVelocityThatIsDerivedIsOfThePointThatThePlacesShow) {
+  const SessionFile file = read_session(antenna_log(0.8, 0.5), map_of(R"({"time": "t", "channels": {
+    "x": {"column": "px", "frame": {"x": "0.8 m", "y": "0.5 m"}}, "y": "py",
+    "yaw": {"column": "psi", "frame": {"yaw": "0.1 rad"}}, "yaw_rate": "r", "delta": "steer"}})"));
+  const Frame& of = file.session.velocity;
+  EXPECT_EQ(of.x, 0.8);
+  EXPECT_EQ(of.y, 0.5);
+  EXPECT_EQ(of.yaw, 0.0) << "it is derived in the car's axes";
+  const Session centre = at_centre_of_gravity(file);
+  for (std::size_t i = 1; i < centre.rows(); ++i) {
+    ASSERT_NEAR(centre.at(i, Channel::vx), 10.0, 0.03) << i;
+    ASSERT_NEAR(centre.at(i, Channel::vy), 0.0, 0.2) << i << ": half a step late";
+  }
+}
+
+/// How far to the side of the car a point lies changes its vx alone, how far ahead its vy alone.
+TEST(SessionFile, BesideAVyThatIsReadADerivedVxIsOfThePlacesPoint) {
+  const LogMap map = map_of(R"({"time": "t", "channels": {
+    "x": {"column": "px", "frame": {"x": "0.8 m", "y": "0.5 m"}}, "y": "py",
+    "yaw": {"column": "psi", "frame": {"yaw": "0.1 rad"}}, "yaw_rate": "r", "delta": "steer",
+    "vy": {"formula": "0.2 * r", "frame": {"x": "0.2 m", "y": "0.9 m"}}}})");
+  const Session centre = at_centre_of_gravity(read_session(antenna_log(0.8, 0.5), map));
+  for (std::size_t i = 1; i < centre.rows(); ++i) {
+    ASSERT_NEAR(centre.at(i, Channel::vx), 10.0, 0.03) << i;
+    ASSERT_NEAR(centre.at(i, Channel::vy), 0.0, 1e-9) << i;
+  }
+}
+
+TEST(SessionFile, ACourseHasNoAxesThatAMapCouldTurn) {
+  const SessionFile file = read_session(antenna_log(0.0, 0.0), map_of(R"({"time": "t", "channels": {
+    "x": {"column": "px", "frame": {"yaw": "0.1 rad"}}, "y": "py", "yaw_rate": "r", "delta": "steer"}})"));
+  ASSERT_TRUE(file.derived_yaw);
+  const Session centre = at_centre_of_gravity(file);
+  for (std::size_t i = 1; i < centre.rows(); ++i)
+    ASSERT_EQ(centre.at(i, Channel::yaw), file.session.at(i, Channel::yaw)) << i;
+}
+
+/// Places are lost from 10 to 12 s.
+TEST(SessionFile, OverAGapNoVelocityIsDerived) {
+  const auto log =
+      log_of("t,px,py,steer", [](std::ostream& out, double t, double x, double y, double, double, double d) {
+        out << t << ',';
+        if (t < 10.0 - 1e-9 || t > 12.0 - 1e-9)
+          out << x << ',' << y;
+        else
+          out << ',';
+        out << ',' << d << '\n';
+      });
+  const Session s =
+      read_session(log, map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "delta": "steer"}})")).session;
+  EXPECT_TRUE(std::isnan(s.at(240, Channel::vx)) && std::isnan(s.at(240, Channel::yaw)));
+  EXPECT_NEAR(s.at(241, Channel::vx), 10.0, 1e-6);
+}
+
+TEST(SessionFile, FromPlacesThatAreAlwaysFarApartVelocitiesAreDerived) {
+  const auto log =
+      log_of("t,px,py,steer", [](std::ostream& out, double t, double x, double y, double, double, double d) {
+        out << t << ',';
+        if (std::lround(t / 0.05) % 10 == 0)  // at 2 Hz
+          out << x << ',' << y;
+        else
+          out << ',';
+        out << ',' << d << '\n';
+      });
+  const Session s =
+      read_session(log, map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "delta": "steer"}})")).session;
+  EXPECT_NEAR(s.at(100, Channel::vx), 10.0, 0.2);
 }
 
 TEST(SessionFile, LatitudeAndLongitudeBecomeAPlane) {

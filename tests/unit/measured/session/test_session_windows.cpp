@@ -101,10 +101,12 @@ TEST(SessionWindows, RowsOfACarAtRestDoNotMove) {
     reading(s, k, Channel::vx) = 0.05;
   }
   const std::vector<bool> moving = moving_rows(s);
+  const Session driven = while_moving(s);
   ASSERT_THAT(moving, SizeIs(s.rows()));
   for (std::size_t k = 0; k < s.rows(); ++k)
     if (std::abs(s.t[k] - 10.0) > 0.6) {
       EXPECT_EQ(moving[k], s.t[k] < 10.0) << s.t[k];
+      EXPECT_EQ(std::isnan(driven.at(k, Channel::vx)), s.t[k] > 10.0) << s.t[k];
     }
   for (std::size_t k = 0; k < s.rows(); ++k) reading(s, k, Channel::vx) = 0.05;
   EXPECT_THAT(moving_rows(s), testing::Each(true)) << "a car that is always at rest: nothing to tell apart";
