@@ -113,10 +113,10 @@ class Elm final : public AutoDiffEffect<Elm, Estimator> {
   }
 
   Belief belief() const override {
-    if (!learned()) return {mu_init_, mu_init_, 0, 0, false};
+    if (!learned()) return {mu_init_, mu_init_};
     const double L = car_.lf + car_.lr, weight = car_.m * gravity;
     return {tyres_.front.peak(visited_.front) * L / (weight * car_.lr),
-            tyres_.rear.peak(visited_.rear) * L / (weight * car_.lf), misfit_, misfit_, true};
+            tyres_.rear.peak(visited_.rear) * L / (weight * car_.lf), misfit_, misfit_};
   }
 
   bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,

@@ -115,7 +115,7 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
     choose();
   }
 
-  Belief belief() const override { return {mu_[0], mu_[1], 0, 0, false}; }
+  Belief belief() const override { return {mu_[0], mu_[1]}; }
 
   bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
                   std::span<double> sigma) const override {

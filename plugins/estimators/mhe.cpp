@@ -127,7 +127,7 @@ class MovingHorizon final : public AutoDiffEffect<MovingHorizon, Estimator> {
 
   Belief belief() const override {
     const double front = tyres_.front.D / load_.front, rear = tyres_.rear.D / load_.rear;
-    return {front, rear, front * deviation_[0], rear * deviation_[1], false};
+    return {front, rear, front * deviation_[0], rear * deviation_[1]};
   }
 
   bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,

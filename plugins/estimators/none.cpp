@@ -5,7 +5,7 @@ namespace {
 
 class None final : public gripline::AutoDiffEffect<None, gripline::Estimator> {
  public:
-  explicit None(const gripline::PluginContext& context) : belief_{context.mu_init, context.mu_init, 0, 0, false} {}
+  explicit None(const gripline::PluginContext& context) : belief_{context.mu_init, context.mu_init} {}
   void update(const gripline::Sample&) override {}
   gripline::Belief belief() const override { return belief_; }
   template <class T>

@@ -14,7 +14,7 @@ class Oracle final : public gripline::Estimator {
 
   void update(const gripline::Sample&) override {}
   gripline::Belief belief() const override {
-    return {truth_->mu(gripline::Axle::front), truth_->mu(gripline::Axle::rear), 0, 0, true};
+    return {truth_->mu(gripline::Axle::front), truth_->mu(gripline::Axle::rear)};
   }
 
   // A world whose car is a black box leaves the nominal model as it is: then only friction is known.

@@ -223,7 +223,9 @@ TEST_F(DrawRaces, PosesLeaveRoomToBrakeAndTurn) {
 /// The car stays as large as it is.
 TEST_F(DrawRaces, PosesOnSmallerRoadsAreAsFarFromTheEdge) {
   const auto files = draw("half", {"1", "12", "--poses", "--size", "0.5"});
-  for (const Posed& one : posed(files, "half", 0.5)) EXPECT_GE(0.5 * std::min(one.to_left, one.to_right), 1.49);
+  const std::vector<Posed> drawn = posed(files, "half", 0.5);
+  ASSERT_EQ(drawn.size(), 12u);
+  for (const Posed& one : drawn) EXPECT_GE(0.5 * std::min(one.to_left, one.to_right), 1.49);
 }
 
 TEST_F(DrawRaces, PosesHaveNoKindOfFriction) {

@@ -14,7 +14,7 @@ class NewPlugin final : public gripline::AutoDiffEffect<NewPlugin, gripline::Est
   }
   // context.truth is null unless .needs_truth() stands behind describe.
   NewPlugin(const gripline::PluginContext& context, const Params& params)
-      : rate_(params.rate), v_ref_(context.car.v_ref), belief_{context.mu_init, context.mu_init, 0, 0, false} {}
+      : rate_(params.rate), v_ref_(context.car.v_ref), belief_{context.mu_init, context.mu_init} {}
 
   void update(const gripline::Sample& k) override {  // every step: what happened, what the nominal model missed
     if (k.x.vx <= 0.1) return;

@@ -87,8 +87,9 @@ class Estimator : public Effect, public TyreCurve {
   /// Algorithm 1, lines 5 to 7: takes in one step. Called once in every step from the first, also while the stack still
   /// drives on the nominal model alone (before its adapt_after).
   virtual void update(const Sample& sample) = 0;
-  /// Algorithm 1, line 8: what it believes now; mu_init of the context until it learned anything. `trusted` is the
-  /// stack's to set.
+  /// Algorithm 1, line 8: what it believes now. Until it learned anything that is the context's mu_init, or the
+  /// friction that a parameter of its own expects; a plugin that needs the truth may tell the true friction at any
+  /// time. `trusted` is the stack's to set.
   virtual Belief belief() const = 0;
   /// By default it knows no tyre.
   bool tyre_force(Axle, std::span<const double>, std::span<double>, std::span<double>) const override { return false; }
@@ -161,7 +162,7 @@ class SpeedPlanner {
   virtual ~SpeedPlanner() = default;
   /// Algorithm 1, line 14: fills horizon[k], every member, k = 0 .. size - 1, for the times now.t + k dt with the
   /// context's dt; the size is the controller's horizon(). `belief` is mu_init, untrusted, and `learned` null until
-  /// plans may rest on what was learned (the stack's careful_until).
+  /// plans may rest on what was learned (after the stack's adapt_after and its careful_until).
   virtual void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
                     std::span<RefPoint> horizon) = 0;
   /// The closed line that `plan` follows at this moment, for the deviation metric and the report. Owned by the planner,
@@ -179,7 +180,8 @@ class Controller {
   /// How many reference points it wants: N + 1 of a horizon of N steps, the first for now; at least 1, always the same.
   virtual int horizon() const noexcept = 0;
   /// Algorithm 1, line 15: the command for the step that begins now. `horizon` has horizon() points; `model` is the
-  /// nominal model, corrected by the estimator once the stack trusts it. The host clamps commands to the car's limits.
+  /// nominal model, from the stack's adapt_after on corrected by the estimator. The host clamps commands to the car's
+  /// limits.
   virtual Command control(const Observation& now, std::span<const RefPoint> horizon, Prediction& model) = 0;
   /// The states predicted in the last call of control, the first for that instant, then one for every step of the
   /// context's dt; for the report. Owned by the controller, valid until the next call; may be empty.

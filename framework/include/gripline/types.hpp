@@ -265,8 +265,8 @@ struct Belief {
   double mu_rear = 1;      ///< [-]
   double sigma_front = 0;  ///< standard deviation of mu_front [-]
   double sigma_rear = 0;   ///< standard deviation of mu_rear [-]
-  bool trusted = false;    ///< whether plans may rest on it. The stack sets it (true after its careful_until); what an
-                           ///< estimator writes here is overwritten
+  bool trusted = false;    ///< whether plans may rest on it. The stack sets it (true after its adapt_after and its
+                           ///< careful_until); what an estimator writes here is overwritten
 };
 
 /// mu of the whole car: axle values weighted by static load.

@@ -50,6 +50,7 @@ void read_stacks(ObjectReader& r, const Registry& registry, RaceSpec& race, Erro
       errors.add(member->key_origin(), "a stack's name is a folder among the results: \"" + member->key +
                                            "\" is the name of another one of them");
     race.stacks.push_back(read_stack(member->key, merge(*base, member->value), registry, race.world.car, errors));
+    check_sensors(race.stacks.back(), race.world.sensors, errors);
   }
   errors.set_context("");
   if (race.stacks.empty() && r.has("stacks")) stacks.error("an experiment needs at least one stack");

@@ -5,6 +5,7 @@
 
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
+#include "experiment/experiment.hpp"
 #include "experiment/simulation_progress.hpp"
 #include "plugin/plugin_cache.hpp"
 #include "race/assembly.hpp"
@@ -108,6 +109,7 @@ OfflineSpec read_offline(const Node& tree, const Registry& registry) {
     if (const Node* roles = r.require("driver", "a planner and a controller"); roles != nullptr && roles->is_object())
       for (const Member& member : roles->object()) driver.set(member.key, member.value);
     spec.driver = read_stack("driver", driver, registry, spec.train.car, errors);
+    for (const WorldSpec* world : {&spec.train, &spec.test}) check_sensors(spec.driver, world->sensors, errors);
     ObjectReader estimators = r.object("estimators");
     for (const Member* member : estimators.members()) {
       ObjectReader one(member->value, errors);

@@ -44,7 +44,8 @@ class Registry {
   /// library that cannot be used is remembered with its reason; two libraries that offer one id are an error.
   explicit Registry(std::vector<std::filesystem::path> directories);
 
-  /// --plugins DIR..., then GRIPLINE_PLUGIN_PATH, then ../lib/gripline as seen from the program.
+  /// --plugins DIR..., then GRIPLINE_PLUGIN_PATH, then the user's own folder (~/.local/share/gripline/plugins, or
+  /// $XDG_DATA_HOME/gripline/plugins), then ../lib/gripline as seen from the program.
   static std::vector<std::filesystem::path> search_path(std::span<const std::string> extra_directories);
 
   /// Throws PluginError that names the nearest id, the searched directories and every library that could not be used.

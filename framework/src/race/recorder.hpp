@@ -1,5 +1,4 @@
-// The files of one run: steps.csv, timing.csv, replay.csv, tyres.csv,
-// line.csv (columns: framework/doc/output.md and report/inputs.hpp).
+// The files of one run: steps.csv, timing.csv, replay.csv, tyres.csv, line.csv (columns: framework/doc/columns.md).
 #pragma once
 
 #include <sys/types.h>

@@ -78,7 +78,7 @@ void Simulation::filter_reading() {
   acted_on_ = now_;
   if (!filter_) return;
   guard(stack_.spec().model.model.id(), now_.t, [&] { filter_->predict(*model_, u_, from); });
-  filter_->update(now_.x);
+  filter_->update(now_.x, world_.spec().sensors.read_at(now_.step));
   acted_on_.x = filter_->state();
   const State& x = acted_on_.x;
   require_finite(stack_.spec().model.model.id(), now_.t, "a prediction", {x.x, x.y, x.yaw, x.vx, x.vy, x.omega});

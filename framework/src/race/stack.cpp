@@ -100,10 +100,23 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
   spec.adapt_after = r.number("adapt_after", "s", NumberRange::non_negative(), 0.0);
   spec.careful_until = r.number("careful_until", "s", NumberRange::non_negative(), 0.0);
   spec.mu_init = r.number("mu_init", "1", NumberRange::closed(0.01, 10.0), 1.0);
-  if (const Node* filter = r.find("state_filter"); filter != nullptr)
+  if (const Node* filter = r.find("state_filter"); filter != nullptr) {
     spec.state_filter = read_state_filter(*filter, told.car, errors);
+    spec.state_filter_at = filter->origin;
+  }
   r.finish();
   return spec;
+}
+
+void check_sensors(const StackSpec& stack, const SensorSpec& sensors, Errors& errors) {
+  if (!stack.state_filter) return;
+  std::string late;
+  for (std::size_t i = 0; i < sensors.channels.size(); ++i)
+    if (sensors.channels[i].delay > 0) late += (late.empty() ? "" : ", ") + std::string(sensor_channels[i].name);
+  if (late.empty()) return;
+  errors.add(stack.state_filter_at,
+             "the filter takes readings for those of now, but the world's sensors have a delay (" + late +
+                 "); expected a world without it, or a stack without the filter");
 }
 
 Stack::Stack(const StackSpec& spec, const StackContext& world, const Observation& start)

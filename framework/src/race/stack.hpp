@@ -1,4 +1,5 @@
-// What drives the car: nominal model, estimator, planner, controller, and from when on the estimate is trusted.
+// What drives the car: nominal model, estimator, planner, controller, and from when on the model is corrected
+// and plans rest on the estimate.
 #pragma once
 
 #include <array>
@@ -22,16 +23,19 @@ struct StackSpec {
   double careful_until = 0.0;  // [s] until then plans are made for mu_init all the same
   double mu_init = 1.0;
   std::optional<StateFilterSpec> state_filter;  // planner and controller act on the readings where there is none
+  Origin state_filter_at;                       // where it is written
   bool needs_truth() const;
 };
 StackSpec read_stack(const std::string& name, const Node& node, const Registry& registry, const CarFile& car,
                      Errors& errors);
+/// Refuses sensors that the stack's filter would take wrongly: those with delays.
+void check_sensors(const StackSpec& stack, const SensorSpec& sensors, Errors& errors);
 
 /// What the stack believes now: Algorithm 1, lines 8-13.
 struct StackBelief {
-  CorrectedModel* model;  // f_nom, or f_corr once trusted
+  CorrectedModel* model;  // f_nom until adapt_after, f_corr from then on
   Belief mu;
-  const TyreCurve* learned;  // null until plans may rest on it
+  const TyreCurve* learned;  // null until mu is trusted
 };
 
 /// What a stack is told of the world it drives in. `truth` reaches only plugins that declare they need it.

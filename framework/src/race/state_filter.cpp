@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "world/sensors.hpp"
-
 namespace gripline {
 namespace {
 
@@ -66,10 +64,11 @@ void StateFilter::predict(Prediction& model, const Input& u, const Place& at) {
   }
 }
 
-void StateFilter::update(const State& reading) {
+void StateFilter::update(const State& reading, const ChannelSet& read) {
   Eigen::Map<Covariance> P(P_.data());
   for (int i = 0; i < 6; ++i) {
     const auto at = static_cast<std::size_t>(i);
+    if (!read[at]) continue;
     const double noise = spec_.sigma[at] * spec_.sigma[at], off = reading.*members[at] - x_.*members[at];
     if (off * off > doubtful * doubtful * (P(i, i) + noise)) P(i, i) = off * off;
     const double total = P(i, i) + noise;

@@ -4,6 +4,9 @@
 //   predict   x- = f(x+, u),  P- = A P+ A' + Q        f, A: one step of the model with its exact derivative
 //   update    per channel i: k = P e_i / (P_ii + sigma_i^2),  x += k (z_i - x_i),  P -= k e_i' P
 //
+// A channel that is read less often than the car is controlled is taken in once per reading: held, it is none of now.
+// Sensors with delays are refused (check_sensors in stack.hpp): each would need the state of another moment.
+//
 // Q is what the model may be wrong in a step: drift_i dt in each velocity. A reading further than three standard
 // deviations from its prediction says that the model is wrong by more (friction fell): its variance grows to what the
 // reading shows first, so that the filter follows within a step.
@@ -18,6 +21,7 @@
 #include <gripline/interfaces.hpp>
 
 #include "config/reader.hpp"
+#include "world/sensors.hpp"
 
 namespace gripline {
 
@@ -39,8 +43,8 @@ class StateFilter {
   /// One step of `model` from the state that is held, under u at a place; to be called before the model's memory moves
   /// on. Allocates in the first call, and where another model has more states than those before.
   void predict(Prediction& model, const Input& u, const Place& at);
-  /// Takes a reading in.
-  void update(const State& reading);
+  /// Takes in the channels of a reading that are new, and its steering angle; the others stay as predicted.
+  void update(const State& reading, const ChannelSet& read);
   const State& state() const { return x_; }
 
  private:

@@ -33,6 +33,12 @@ bool SensorSpec::perfect() const {
                      [](const Channel& c) { return c.sigma == 0.0 && c.bias == 0.0 && c.every == 1 && c.delay == 0; });
 }
 
+ChannelSet SensorSpec::read_at(std::int64_t step) const {
+  ChannelSet read;
+  for (std::size_t i = 0; i < channels.size(); ++i) read[i] = channels[i].reads(step);
+  return read;
+}
+
 SensorSpec read_sensors(const Node& node, double dt, Errors& errors) {
   SensorSpec spec;
   ObjectReader r(node, errors);
@@ -91,7 +97,7 @@ Reading<double> Sensors::sense(std::int64_t step, const Reading<double>& truth) 
     const auto& channel = spec_.channels[static_cast<std::size_t>(i)];
     // Drawn whether used or not: one channel's rate does not change another's noise.
     const double noise = channel.sigma > 0.0 ? channel.sigma * normal() : 0.0;
-    if (step % channel.every != 0) continue;
+    if (!channel.reads(step)) continue;
     const std::int64_t from = std::max<std::int64_t>(0, step - channel.delay);
     held_[static_cast<std::size_t>(i)] =
         past_[static_cast<std::size_t>(from % size)][static_cast<std::size_t>(i)] + channel.bias + noise;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <random>
 #include <vector>
@@ -20,15 +21,20 @@ struct SensorChannel {
 inline constexpr std::array<SensorChannel, channel_count> sensor_channels = {
     {{"x", "m"}, {"y", "m"}, {"yaw", "rad"}, {"vx", "m/s"}, {"vy", "m/s"}, {"yaw_rate", "rad/s"}}};
 
+using ChannelSet = std::bitset<channel_count>;
+
 struct SensorSpec {
   struct Channel {
     double sigma = 0.0;  // standard deviation of independent Gaussian noise
     double bias = 0.0;   // added to the reading
     int every = 1;       // control steps between readings; the last one is held
     int delay = 0;       // control steps from state to reading
+    bool reads(std::int64_t step) const { return step % every == 0; }
   };
   std::array<Channel, channel_count> channels;
   bool perfect() const;
+  /// The channels whose reading of this control step is a new one; the others show an earlier one.
+  ChannelSet read_at(std::int64_t step) const;
 };
 
 /// {"sigma": {"x": "2 cm", ...}, "bias": {...}, "rate": {"x": "10 Hz"}, "delay": {...}}; times between readings must be

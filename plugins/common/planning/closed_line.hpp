@@ -19,6 +19,26 @@ struct Bracket {
   double weight = 0;
 };
 
+/// The sample of a line that is nearest to a point; the first of several.
+inline std::size_t nearest_sample(std::span<const LinePoint> samples, double x, double y) {
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double d2 = square(x - samples[i].x) + square(y - samples[i].y);
+    if (d2 < least) {
+      least = d2;
+      best = i;
+    }
+  }
+  return best;
+}
+
+/// Whether a point lies between the edges of the road beside a point of a line.
+inline bool is_between_edges(const LinePoint& p, double x, double y) {
+  const double n = -std::sin(p.yaw) * (x - p.x) + std::cos(p.yaw) * (y - p.y);
+  return n <= p.left && n >= -p.right;
+}
+
 /// The sample of a closed line at which a car that faces `yaw` is, given the one that is nearest to it. Where a road
 /// passes over itself, at 30 degrees or more, that may be of the other pass: a car that faces away from it is on the
 /// stretch that runs its way, of those between whose edges it is.
@@ -27,17 +47,13 @@ inline std::size_t sample_facing(std::span<const LinePoint> samples, std::size_t
   constexpr double along = M_PI / 12.0;
   const auto askew = [&](std::size_t i) { return std::abs(std::remainder(yaw - samples[i].yaw, 2.0 * M_PI)); };
   const auto distance2 = [&](std::size_t i) { return square(x - samples[i].x) + square(y - samples[i].y); };
-  const auto beside = [&](const LinePoint& p) {
-    const double n = -std::sin(p.yaw) * (x - p.x) + std::cos(p.yaw) * (y - p.y);
-    return n <= p.left && n >= -p.right;
-  };
   const std::size_t count = samples.size();
   std::size_t best = nearest;
   if (askew(nearest) <= along) return nearest;
   for (std::size_t i = 0; i < count; ++i) {
     const double here = distance2(i);
     if (distance2(i > 0 ? i - 1 : count - 1) < here || distance2(i + 1 < count ? i + 1 : 0) < here) continue;
-    if (askew(i) < askew(best) && beside(samples[i])) best = i;
+    if (askew(i) < askew(best) && is_between_edges(samples[i], x, y)) best = i;
   }
   return best;
 }
@@ -90,10 +106,10 @@ class ClosedLine {
     double distance = 0;  // to it [m]; of a search that has not settled, to the point before its last step
   };
   /// The nearest point of the whole line.
-  Foot project(double x, double y) const { return refine(nearest(x, y), x, y); }
+  Foot project(double x, double y) const { return refine(nearest_sample(samples_, x, y), x, y); }
   /// The same for a car that faces `yaw`: see sample_facing.
   Foot project_facing(double x, double y, double yaw) const {
-    return refine(sample_facing(samples_, nearest(x, y), x, y, yaw), x, y);
+    return refine(sample_facing(samples_, nearest_sample(samples_, x, y), x, y, yaw), x, y);
   }
   /// The nearest point that is reached from `hint` by always coming closer: it does not jump to a neighbouring stretch.
   Foot project(double x, double y, double hint) const {
@@ -117,18 +133,6 @@ class ClosedLine {
   std::size_t previous(std::size_t i) const { return i > 0 ? i - 1 : samples_.size() - 1; }
   double distance2(std::size_t i, double x, double y) const {
     return square(x - samples_[i].x) + square(y - samples_[i].y);
-  }
-  std::size_t nearest(double x, double y) const {
-    std::size_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < samples_.size(); ++i) {
-      const double d2 = distance2(i, x, y);
-      if (d2 < least) {
-        least = d2;
-        best = i;
-      }
-    }
-    return best;
   }
   Shape hermite(const LinePoint& p, const LinePoint& q, double u) const {
     const double h00 = (1 + 2 * u) * (1 - u) * (1 - u), h01 = u * u * (3 - 2 * u);

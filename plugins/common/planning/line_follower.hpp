@@ -64,13 +64,6 @@ class RoadLine {
   double road_length_ = 0;
 };
 
-/// Whether a point lies between the edges of the road beside its foot, at station s of the line.
-inline bool beside_line(const ClosedLine& line, double s, double x, double y) {
-  const LinePoint p = line.at(s);
-  const double n = -std::sin(p.yaw) * (x - p.x) + std::cos(p.yaw) * (y - p.y);
-  return n <= p.left && n >= -p.right;
-}
-
 /// Remembers where the car was on the line, so that the projection moves continuously.
 class LineFollower {
  public:
@@ -84,7 +77,7 @@ class LineFollower {
     const double width = p.left + p.right, jump = std::remainder(foot.s - hint_, line.length());
     if (foot.distance > width || std::abs(jump) > 2.0 * width) {
       const ClosedLine::Foot other = line.project(x, y);
-      if (beside_line(line, other.s, x, y)) return hint_ = other.s;
+      if (is_between_edges(line.at(other.s), x, y)) return hint_ = other.s;
     }
     return hint_ = foot.s;
   }

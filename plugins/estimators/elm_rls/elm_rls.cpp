@@ -290,7 +290,6 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     belief_.mu_rear = tables_.rear.peak(peak_reach) / load_.rear;
     belief_.sigma_front = deviation(Axle::front, tables_.front.peak_slip(peak_reach)) / load_.front;
     belief_.sigma_rear = deviation(Axle::rear, tables_.rear.peak_slip(peak_reach)) / load_.rear;
-    belief_.trusted = settled();
   }
 
   /// Standard deviation of an axle's curve at a slip [N].
@@ -369,9 +368,7 @@ class ToldElmRls final : public ElmRls {
   ToldElmRls(const PluginContext& context, const Params& params) : ElmRls(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("elm_rls_told needs the truth of a world; there is none here");
   }
-  Belief belief() const override {
-    return {truth_->mu(Axle::front), truth_->mu(Axle::rear), 0, 0, ElmRls::belief().trusted};
-  }
+  Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear)}; }
 
  private:
   const Truth* truth_;

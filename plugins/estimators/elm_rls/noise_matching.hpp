@@ -16,11 +16,12 @@
 #include <gripline/types.hpp>
 
 #include "common/learning/difference_rls.hpp"
+#include "common/reference_step.hpp"
 
 namespace gripline::elm_rls {
 
-inline constexpr int channels = 3;          // vx, vy and the yaw rate: a reading, and its rate's equation
-inline constexpr double error_time = 0.02;  // [s] that what an equation leaves out is taken to last at least
+inline constexpr int channels = 3;                    // vx, vy and the yaw rate: a reading, and its rate's equation
+inline constexpr double error_time = reference_step;  // [s] that what an equation leaves out is taken to last at least
 
 class NoiseMatching {
  public:

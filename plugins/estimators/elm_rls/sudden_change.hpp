@@ -13,6 +13,8 @@
 #include <gripline/types.hpp>
 #include <span>
 
+#include "common/reference_step.hpp"
+
 namespace gripline::elm_rls {
 
 class SuddenChange {
@@ -31,7 +33,7 @@ class SuddenChange {
   };
   /// Takes in the rates of a sample, which lasts dt [s].
   void add(std::span<const Rate> rates, double dt) {
-    const double kept = std::pow(memory, dt / memory_time);
+    const double kept = std::pow(memory, dt / reference_step);
     score_ *= kept;
     score_variance_ *= kept;
     for (const Rate& rate : rates) {
@@ -56,8 +58,7 @@ class SuddenChange {
   void start_over() { *this = SuddenChange(alarm_); }
 
  private:
-  static constexpr double memory = 0.9;        // share of the score that counts after memory_time
-  static constexpr double memory_time = 0.02;  // [s] of tested samples
+  static constexpr double memory = 0.9;        // share of the score kept in a reference_step of tested samples
   static constexpr double tested_share = 0.4;  // of friction: least side force of samples that are tested
   static constexpr double lasts = 0.5;         // [s] that the new friction is being found: 25 samples at 20 ms
 

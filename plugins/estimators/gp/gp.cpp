@@ -26,6 +26,7 @@
 #include "common/learning/single_track.hpp"
 #include "common/learning/straight_drive.hpp"
 #include "estimators/gp/sliding_gp.hpp"
+#include "estimators/gp/slip_bins.hpp"
 
 namespace {
 
@@ -216,66 +217,23 @@ class ToldGp final : public Gp {
   ToldGp(const PluginContext& context, const Params& params) : Gp(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("gp needs the truth of a world; there is none here");
   }
-  Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear), 0, 0, tuned()}; }
+  Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear)}; }
 
  private:
   const Truth* truth_;
-};
-
-/// The friction of one axle from its forces: bins of slip hold the mean force relative to a common scale, and the
-/// newest samples set the scale. So forces at large slips count on, scaled to the present friction, while the car
-/// drives with small ones. With mu from the window alone a slower car would show smaller slips and so an even smaller
-/// mu.
-class SlipBins {
- public:
-  void add(double slip, double force) {
-    const int i = static_cast<int>(std::abs(slip) / width);
-    if (i >= bins || std::abs(slip) < smallest) return;
-    const double size = slip < 0 ? -force : force;
-    Bin& bin = bins_[i];
-    if (bin.count >= fewest) {
-      const double ratio = std::clamp(size / (scale_ * bin.force), 0.5, 2.0);
-      spread_ += scale_gain * ((ratio - 1) * (ratio - 1) - spread_);
-      scale_ *= 1 + scale_gain * (ratio - 1);
-    }
-    bin.count = std::min(bin.count + 1, bin_memory);
-    bin.force += (size / scale_ - bin.force) / bin.count;
-  }
-  /// Largest force at the present scale; 0 before any bin has enough samples.
-  double peak() const {
-    double best = 0;
-    for (const Bin& bin : bins_)
-      if (bin.count >= fewest) best = std::max(best, bin.force);
-    return scale_ * best;
-  }
-  double deviation() const { return peak() * std::sqrt(spread_); }
-
- private:
-  static constexpr int bins = 12;
-  static constexpr double width = 0.05;       // [rad]; the last bin ends at the 0.6 rad of the paper
-  static constexpr double smallest = 0.05;    // [rad]: below, the error of the slip dominates the force
-  static constexpr double scale_gain = 0.05;  // per sample
-  static constexpr int fewest = 3, bin_memory = 200;
-
-  struct Bin {
-    int count = 0;
-    double force = 0;
-  };
-  std::array<Bin, bins> bins_ = {};
-  double scale_ = 1, spread_ = 0;
 };
 
 class OwnMuGp final : public Gp {
  public:
   using Params = GpParams;
   OwnMuGp(const PluginContext& context, const Params& params)
-      : Gp(context, params), belief_{context.mu_init, context.mu_init, 0, 0, false} {}
+      : Gp(context, params), belief_{context.mu_init, context.mu_init} {}
   void update(const Sample& k) override {
     const auto before = seen();
     Gp::update(k);
     if (!tuned() || seen() == before) return;
-    for (int i = belief_.trusted ? count() - 1 : 0; i < count(); ++i) judge(i);
-    belief_.trusted = true;
+    for (int i = judged_window_ ? count() - 1 : 0; i < count(); ++i) judge(i);
+    judged_window_ = true;
     const double weight = car().m * gravity, L = car().lf + car().lr;
     if (front_.peak() > 0) {
       belief_.mu_front = front_.peak() * L / (weight * car().lr);
@@ -303,6 +261,7 @@ class OwnMuGp final : public Gp {
 
   SlipBins front_, rear_;
   Belief belief_;
+  bool judged_window_ = false;  // the samples before the first fit are in the bins
 };
 
 }  // namespace

@@ -3,44 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/reference_step.hpp"
+
 namespace gripline::time_optimal {
 
 double share_of_way_in(double dt, double share) {
   const double left = 1.0 - share;
-  return share * ((1.0 - std::pow(left, dt / 0.02)) / (1.0 - left));  // exactly `share` in 20 ms
+  return share * ((1.0 - std::pow(left, dt / reference_step)) / (1.0 - left));  // exactly `share` in 20 ms
 }
 
 DrivenPlan::DrivenPlan(const LapSetup& setup, double mu)
-    : setup_(&setup), mu_(setup.nodes().s.size(), mu), v_(mu_.size()), heading_(mu_.size() + 2) {
-  for (const double station : setup.nodes().s) base_.push_back(setup.base().at(station));
-}
+    : setup_(&setup), mu_(setup.nodes().s.size(), mu), v_(mu_.size()) {}
 
 LapPlan::Node DrivenPlan::node_of(const std::vector<WindowNode>& lap, std::size_t i) const {
-  const std::vector<double>& ds = setup_->nodes().ds;
-  return plan_node(lap[before(i)].z, lap[i].z, lap[after(i)].z, ds[before(i)], ds[i]);
+  return plan_node(*setup_, i, lap[setup_->before(i)].z, lap[i].z, lap[setup_->after(i)].z);
 }
 
 /// As node_of(), where there is no node before it.
 LapPlan::Node DrivenPlan::first_node_of(const std::vector<WindowNode>& lap, std::size_t i) const {
-  const auto &z = lap[i].z, &q = lap[after(i)].z;
+  const auto &z = lap[i].z, &q = lap[setup_->after(i)].z;
   const double slope = (q[lap_n] - z[lap_n]) / setup_->nodes().ds[i];
   return {z[lap_n], slope, std::hypot(z[lap_vx], z[lap_vy]), std::atan2(z[lap_vy], z[lap_vx]), 0.0};
-}
-
-/// Curvature of the path at `count` nodes from `first` on (indices wrap).
-void DrivenPlan::set_curvatures(LapPlan& plan, std::size_t first, std::size_t count) {
-  std::size_t i = before(first);
-  for (std::size_t k = 0; k < count + 2; ++k, i = after(i))
-    heading_[k] = path_heading(base_[i], plan.nodes[i], setup_->nodes().ds[i]);
-  i = first;
-  for (std::size_t k = 0; k < count; ++k, i = after(i))
-    plan.nodes[i].kappa = path_curvature(heading_[k], heading_[k + 1], heading_[k + 2]);
 }
 
 LapPlan DrivenPlan::whole(const std::vector<WindowNode>& lap) {
   LapPlan plan;
   for (std::size_t i = 0; i < lap.size(); ++i) plan.nodes.push_back(node_of(lap, i));
-  set_curvatures(plan, 0, lap.size());
+  set_curvatures(*setup_, 0, lap.size(), plan);
   for (std::size_t i = 0; i < lap.size(); ++i) v_[i] = plan.nodes[i].v;
   for (std::size_t i = 0; i < lap.size(); ++i) plan.time += setup_->nodes().ds[i] / plan.nodes[i].v;
   return plan;
@@ -59,7 +48,7 @@ void DrivenPlan::follow(const LapWindow& window, const std::vector<WindowNode>& 
   }
   // Before a plan that begins at the car there is another one.
   const std::size_t first = from == 0 ? 1 : 0;
-  set_curvatures(plan, window.node(first), window.near_count() + 1 - first);
+  set_curvatures(*setup_, window.node(first), window.near_count() + 1 - first, plan);
   if (from == 0) plan.nodes[window.first()].kappa = plan.nodes[window.node(1)].kappa;
 }
 

@@ -33,15 +33,10 @@ class DrivenPlan {
  private:
   LapPlan::Node node_of(const std::vector<WindowNode>& lap, std::size_t i) const;
   LapPlan::Node first_node_of(const std::vector<WindowNode>& lap, std::size_t i) const;
-  void set_curvatures(LapPlan& plan, std::size_t first, std::size_t count);
-  std::size_t after(std::size_t i) const { return i + 1 < v_.size() ? i + 1 : 0; }
-  std::size_t before(std::size_t i) const { return i > 0 ? i - 1 : v_.size() - 1; }
 
   const LapSetup* setup_;
-  std::vector<double> mu_;            // friction that each node's plan is for
-  std::vector<double> v_;             // its speed for that friction [m/s]
-  std::vector<LinePoint> base_;       // the base line at the nodes
-  std::vector<PathHeading> heading_;  // of the nodes that set_curvatures() looks at
+  std::vector<double> mu_;  // friction that each node's plan is for
+  std::vector<double> v_;   // its speed for that friction [m/s]
 };
 
 }  // namespace gripline::time_optimal

@@ -1,10 +1,10 @@
 // What a window asks of one interval of a lap (window_solver.hpp) at z = ((x_k + x_k+1) / 2, u_k): cost, rates of the
 // states and constraints, for a car that changes as it is learned, and their first and second derivatives.
 //
-// Values are templates, so that they can be differentiated automatically. Derivatives are written out: an interval's
-// functions depend on two axles, each of which depends on three numbers (speed forward, lateral speed at the axle,
-// steering angle), and on the time per metre; by hand, they cost a tenth of second-order numbers with eight directions.
-// The tests hold the two against each other.
+// Values are templates, so that they can be differentiated automatically; cost and friction circle are those of
+// lap_solver.hpp. Derivatives are written out: an interval's functions depend on two axles, each of which depends on
+// three numbers (speed forward, lateral speed at the axle, steering angle), and on the time per metre; by hand, they
+// cost a tenth of second-order numbers with eight directions. The tests hold the two against each other.
 #pragma once
 
 #include <algorithm>
@@ -117,7 +117,9 @@ class IntervalProgram {
   template <class T>
   LapRates<T> rates(std::size_t i, const T (&z)[lap_variables]) const;
   template <class T>
-  T cost(std::size_t i, const T (&z)[lap_variables], const LapRates<T>& r) const;
+  T cost(std::size_t i, const T (&z)[lap_variables], const LapRates<T>& r) const {
+    return interval_cost(p_, i, z, r);
+  }
   /// put(row, value) for each row that is linear (linear_row).
   template <class Put>
   void linear_rows(std::size_t i, const double (&z)[lap_variables], double n_next, const Put& put) const;
@@ -171,12 +173,6 @@ LapRates<T> IntervalProgram::rates(std::size_t i, const T (&z)[lap_variables]) c
   return r;
 }
 
-template <class T>
-T IntervalProgram::cost(std::size_t i, const T (&z)[lap_variables], const LapRates<T>& r) const {
-  const T rate = z[lap_rate] * (1.0 / scale_[lap_rate]);
-  return p_.ds[i] * r.time * (1.0 + p_.smoothness * rate * rate);
-}
-
 /// AxleSharing of both axles. Known limit: the square of what an axle carries has no sign, so that an axle with a
 /// negative load would pass as one that carries as much. On a flat road the full-size car would have to drive with
 /// 27.8 m/s2 to lift its front axle, or to brake with 28.6 to lift the rear one, and it is planned with 7.8 and 5.9 at
@@ -218,9 +214,7 @@ void IntervalProgram::curved_rows_of(std::size_t i, const T (&z)[lap_variables],
   put(front_least, -1.0 * r.slip_front - apply(slip_front_, v));
   if (p_.use.combined > 0) {
     both_ways(rear_both_ways, r.slip_rear, slip_rear_);
-    const double most = p_.tyres.front.D + p_.tyres.rear.D;
-    const T along = (p_.use.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
-    put(car_shared, along * along + across * across - r.load * r.load);
+    put(car_shared, friction_used(p_, z, r) - r.load * r.load);
   } else {
     put(rear_most, r.slip_rear - apply(slip_rear_, v));
     put(rear_least, -1.0 * r.slip_rear - apply(slip_rear_, v));

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/planning/line_follower.hpp"
+#include "common/planning/closed_line.hpp"
 
 namespace gripline::time_optimal {
 
@@ -19,32 +19,37 @@ double within_half_turn(double angle) {
   return std::abs(angle) <= std::numbers::pi ? angle : std::remainder(angle, 2.0 * std::numbers::pi);
 }
 
-void set_curvatures(const LapSetup& setup, LapPlan& plan) {
-  const std::size_t count = plan.nodes.size();
-  std::vector<PathHeading> heading(count);
-  for (std::size_t k = 0; k < count; ++k)
-    heading[k] = path_heading(setup.base().at(setup.nodes().s[k]), plan.nodes[k], setup.nodes().ds[k]);
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t before = k > 0 ? k - 1 : count - 1, after = k + 1 < count ? k + 1 : 0;
-    plan.nodes[k].kappa = path_curvature(heading[before], heading[k], heading[after]);
-  }
+/// Heading of a plan's path at a node [rad], and its way to the next node [m].
+struct PathHeading {
+  double yaw, way;
+};
+PathHeading path_heading(const LapSetup& setup, const LapPlan& plan, std::size_t i) {
+  const LinePoint& base = setup.base_at(i);
+  const LapPlan::Node& node = plan.nodes[i];
+  const double along = 1.0 - node.n * base.kappa;
+  return {base.yaw + std::atan2(node.slope, along), std::hypot(along, node.slope) * setup.nodes().ds[i]};
 }
 
 }  // namespace
 
-PathHeading path_heading(const LinePoint& base, const LapPlan::Node& node, double ds) {
-  const double along = 1.0 - node.n * base.kappa;
-  return {base.yaw + std::atan2(node.slope, along), std::hypot(along, node.slope) * ds};
-}
-
-double path_curvature(const PathHeading& before, const PathHeading& here, const PathHeading& after) {
-  return within_half_turn(after.yaw - before.yaw) / (0.5 * before.way + here.way + 0.5 * after.way);
+void set_curvatures(const LapSetup& setup, std::size_t first, std::size_t count, LapPlan& plan) {
+  PathHeading before = path_heading(setup, plan, setup.before(first)), here = path_heading(setup, plan, first);
+  std::size_t i = first;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t next = setup.after(i);
+    const PathHeading after = path_heading(setup, plan, next);
+    plan.nodes[i].kappa = within_half_turn(after.yaw - before.yaw) / (0.5 * before.way + here.way + 0.5 * after.way);
+    before = here;
+    here = after;
+    i = next;
+  }
 }
 
 /// The midpoint rule fixes differences of n and means of the other states; what alternates from node to node is
 /// invisible to it. Hence slopes of n are those of the parabola through three nodes, other states are averaged.
-LapPlan::Node plan_node(const std::array<double, lap_variables>& before, const std::array<double, lap_variables>& here,
-                        const std::array<double, lap_variables>& after, double ds_before, double ds_after) {
+LapPlan::Node plan_node(const LapSetup& setup, std::size_t i, const std::array<double, lap_variables>& before,
+                        const std::array<double, lap_variables>& here, const std::array<double, lap_variables>& after) {
+  const double ds_before = setup.nodes().ds[setup.before(i)], ds_after = setup.nodes().ds[i];
   const double slope_before = (here[lap_n] - before[lap_n]) / ds_before;
   const double slope_after = (after[lap_n] - here[lap_n]) / ds_after;
   const double slope = (ds_after * slope_before + ds_before * slope_after) / (ds_before + ds_after);
@@ -56,13 +61,10 @@ LapPlan::Node plan_node(const std::array<double, lap_variables>& before, const s
 LapPlan make_plan(const LapSetup& setup, const LapSolution& solution) {
   LapPlan plan;
   plan.time = solution.time;
-  const std::size_t count = solution.z.size();
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t before = k > 0 ? k - 1 : count - 1, after = k + 1 < count ? k + 1 : 0;
-    plan.nodes.push_back(
-        plan_node(solution.z[before], solution.z[k], solution.z[after], setup.nodes().ds[before], setup.nodes().ds[k]));
-  }
-  set_curvatures(setup, plan);
+  const auto& z = solution.z;
+  for (std::size_t i = 0; i < z.size(); ++i)
+    plan.nodes.push_back(plan_node(setup, i, z[setup.before(i)], z[i], z[setup.after(i)]));
+  set_curvatures(setup, 0, z.size(), plan);
   return plan;
 }
 
@@ -92,7 +94,7 @@ PlanFollower::PlanFollower(const LapSetup& setup) : setup_(&setup), base_(&setup
 /// Cubic Hermite between the nodes; derivatives by station of the base line.
 PlanFollower::Offset PlanFollower::offset(std::size_t k, double u) const {
   const LapPlan::Node& p = plan_.nodes[k];
-  const LapPlan::Node& q = plan_.nodes[k + 1 < plan_.nodes.size() ? k + 1 : 0];
+  const LapPlan::Node& q = plan_.nodes[setup_->after(k)];
   const double h = nodes_->ds[k], rise = q.n - p.n, a = p.slope * h, b = q.slope * h;
   const double c2 = 3.0 * rise - 2.0 * a - b, c3 = a + b - 2.0 * rise;
   return {p.n + u * (a + u * (c2 + u * c3)), (a + u * (2.0 * c2 + 3.0 * u * c3)) / h};
@@ -119,7 +121,7 @@ void PlanFollower::set(const LapPlan& plan, std::size_t first, std::size_t count
     const std::size_t i = (first + k) % n;
     const bool moved = !same_path(plan_.nodes[i], plan.nodes[i]);
     plan_.nodes[i] = plan.nodes[i];
-    if (moved || moved_before) place(i > 0 ? i - 1 : n - 1);
+    if (moved || moved_before) place(setup_->before(i));
     moved_before = moved;
   }
   if (moved_before) place((first + count - 1) % n);
@@ -137,7 +139,7 @@ PlanPoint PlanFollower::at(double station) const {
   const Offset o = offset(k, u);
   const LinePoint p = base_->at(s);
   const LapPlan::Node& a = plan_.nodes[k];
-  const LapPlan::Node& b = plan_.nodes[k + 1 < plan_.nodes.size() ? k + 1 : 0];
+  const LapPlan::Node& b = plan_.nodes[setup_->after(k)];
   const double along = 1.0 - o.n * p.kappa;
   PlanPoint r;
   r.x = p.x - o.n * std::sin(p.yaw);
@@ -160,8 +162,7 @@ void PlanFollower::place_sample(std::size_t i) {
   r.x = p.x - o.n * base_heading_[i].sine;
   r.y = p.y + o.n * base_heading_[i].cosine;
   r.yaw = within_half_turn(p.yaw + std::atan2(o.slope, along));
-  const std::size_t after = k + 1 < plan_.nodes.size() ? k + 1 : 0;
-  r.kappa = std::lerp(plan_.nodes[k].kappa, plan_.nodes[after].kappa, u);
+  r.kappa = std::lerp(plan_.nodes[k].kappa, plan_.nodes[setup_->after(k)].kappa, u);
   r.left = p.left - o.n;
   r.right = p.right + o.n;
 }
@@ -209,17 +210,10 @@ double PlanFollower::locate(double x, double y, double yaw) {
     if (distance(at(s)) <= width && std::abs(jump) <= 2.0 * width) return hint_ = s;
     // The car is further off than the road is wide, or its foot jumped: it is on another stretch, or beside this one.
     const double other = base_->project(x, y).s;
-    if (!planning::beside_line(*base_, other, x, y)) return hint_ = beside_plan(base_->project(x, y, hint_).s, x, y);
+    if (!planning::is_between_edges(base_->at(other), x, y))
+      return hint_ = beside_plan(base_->project(x, y, hint_).s, x, y);
   }
-  std::size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < samples_.size(); ++i) {
-    const double d = std::hypot(x - samples_[i].x, y - samples_[i].y);
-    if (d < least) {
-      least = d;
-      best = i;
-    }
-  }
+  std::size_t best = planning::nearest_sample(samples_, x, y);
   if (std::isnan(hint_)) best = planning::sample_facing(samples_, best, x, y, yaw);
   const std::size_t k = best / samples_per_interval;
   const double s =

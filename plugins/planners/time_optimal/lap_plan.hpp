@@ -22,19 +22,12 @@ struct LapPlan {
   double time = 0;  // [s]
 };
 LapPlan make_plan(const LapSetup& setup, const LapSolution& solution);
-/// One node of it but for the curvature, from the lap's variables there and at the nodes before and after it, which are
-/// `ds_before` and `ds_after` away.
-LapPlan::Node plan_node(const std::array<double, lap_variables>& before, const std::array<double, lap_variables>& here,
-                        const std::array<double, lap_variables>& after, double ds_before, double ds_after);
-
-/// Heading of a plan's path at a node [rad], and its way to the next node, `ds` further along the base line [m].
-struct PathHeading {
-  double yaw = 0, way = 0;
-};
-PathHeading path_heading(const LinePoint& base, const LapPlan::Node& node, double ds);
-/// Curvature of the path at a node [1/m]: change of heading from the node before to the one after, over the way
-/// between.
-double path_curvature(const PathHeading& before, const PathHeading& here, const PathHeading& after);
+/// Node i of it but for the curvature, from the lap's variables at the node before, there and at the node after.
+LapPlan::Node plan_node(const LapSetup& setup, std::size_t i, const std::array<double, lap_variables>& before,
+                        const std::array<double, lap_variables>& here, const std::array<double, lap_variables>& after);
+/// Sets the path's curvature at `count` nodes from `first` on (indices wrap), given offsets and slopes there and at the
+/// nodes before and after them: the change of heading from a node before to the one after, over the way between.
+void set_curvatures(const LapSetup& setup, std::size_t first, std::size_t count, LapPlan& plan);
 /// out = (1 - weight) a + weight b. `out` may be a or b.
 void interpolate(const LapPlan& a, const LapPlan& b, double weight, LapPlan& out);
 

@@ -97,6 +97,7 @@ LapSetup::LapSetup(const PluginContext& context, const SetupOptions& options, co
   nodes_ = place_nodes(base_, profile(typical.tyres), *context.course, options.margin,
                        node_count(base_.length(), options.spacing, car_.lf + car_.lr));
   const std::vector<double>& s = nodes_.s;
+  for (const double station : s) base_at_nodes_.push_back(base_.at(station));
   for (std::size_t i = 0; i < s.size(); ++i) {
     const double from = base_.length() * static_cast<double>(i) / static_cast<double>(s.size());
     first_node_.push_back(static_cast<std::size_t>(std::upper_bound(s.begin(), s.end(), from) - s.begin()) - 1);

@@ -24,6 +24,11 @@ class LapSetup {
 
   const planning::ClosedLine& base() const { return base_; }
   const LapNodes& nodes() const { return nodes_; }
+  /// The node after one, and the one before it: the lap is closed.
+  std::size_t after(std::size_t node) const { return node + 1 < nodes_.s.size() ? node + 1 : 0; }
+  std::size_t before(std::size_t node) const { return node > 0 ? node - 1 : nodes_.s.size() - 1; }
+  /// The base line at a node.
+  const LinePoint& base_at(std::size_t node) const { return base_at_nodes_[node]; }
   /// The node before a station of the base line.
   std::size_t node_at(double station) const;
   double top_speed() const { return limits_.top_speed(); }
@@ -51,6 +56,7 @@ class LapSetup {
   planning::CornerLimits corner_;  // of the typical tyres
   DriveCurves curves_;
   LapNodes nodes_;
+  std::vector<LinePoint> base_at_nodes_;
   std::vector<std::size_t> first_node_;  // of equal parts of the lap, as many as nodes: the node before each
 };
 

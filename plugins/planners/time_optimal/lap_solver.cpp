@@ -221,14 +221,11 @@ class LapNlp final : public Ipopt::TNLP {
   }
   template <class T>
   T cost(Index k, const T (&z)[V], const LapRates<T>& r) const {
-    const T rate = z[lap_rate] * (1.0 / scales_[lap_rate]);
-    return p_.ds[static_cast<std::size_t>(k)] * r.time * (1.0 + p_.smoothness * rate * rate);
+    return interval_cost(p_, static_cast<std::size_t>(k), z, r);
   }
   template <class T>
   T circle(const T (&z)[V], const LapRates<T>& r) const {
-    const double most = p_.tyres.front.D + p_.tyres.rear.D;
-    const T along = (p_.use.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
-    return along * along + across * across + (1.0 - r.load * r.load);
+    return friction_used(p_, z, r) + (1.0 - r.load * r.load);
   }
 
   template <class Put>

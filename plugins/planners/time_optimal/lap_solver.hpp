@@ -65,6 +65,20 @@ struct LapProblem {
   std::array<double, lap_variables> typical_sizes() const;
 };
 
+/// The cost of interval i at z: its time, and a little for steering fast.
+template <class T>
+T interval_cost(const LapProblem& p, std::size_t i, const T (&z)[lap_variables], const LapRates<T>& r) {
+  const T rate = z[lap_rate] * (1.0 / p.car.ddelta_max);
+  return p.ds[i] * r.time * (1.0 + p.smoothness * rate * rate);
+}
+/// (combined a)^2 + (Ff + Fr)^2 over (Df + Dr)^2, which TyreUse::combined holds below N^2.
+template <class T>
+T friction_used(const LapProblem& p, const T (&z)[lap_variables], const LapRates<T>& r) {
+  const double most = p.tyres.front.D + p.tyres.rear.D;
+  const T along = (p.use.combined / most) * z[lap_a], across = (r.front + r.rear) * (1.0 / most);
+  return along * along + across * across;
+}
+
 struct LapSolution {
   std::vector<std::array<double, lap_variables>> z;  // nodes' states and the controls that begin there
   double time = 0;                                   // of the lap [s]

@@ -74,7 +74,7 @@ std::size_t node_behind(const LapSetup& setup, const State& car, double station)
 
 std::array<double, lap_variables> passed_with(const LapSetup& setup, const State& car, std::size_t node) {
   constexpr double steepest = 1.0;  // [rad]
-  const Beside beside = seen_from(setup.base().at(setup.nodes().s[node]), car);
+  const Beside beside = seen_from(setup.base_at(node), car);
   const double turned = beside.along * car.omega / std::max(std::hypot(car.vx, car.vy), setup.car().v_min);
   const double course = std::clamp(beside.askew + std::atan2(car.vy, car.vx) - 0.5 * turned, -steepest, steepest);
   std::array<double, lap_variables> z{};

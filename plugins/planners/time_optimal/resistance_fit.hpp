@@ -13,6 +13,7 @@
 #include <cmath>
 #include <gripline/interfaces.hpp>
 
+#include "common/reference_step.hpp"
 #include "planners/time_optimal/lap_dynamics.hpp"
 
 namespace gripline::time_optimal {
@@ -37,9 +38,9 @@ class ResistanceFit {
     steps_.add(expected + turn, change, straight.vx);
     const double passed = steps_.count * dt;
     constexpr double rounding = 1e-9;
-    if (passed < (1.0 - rounding) * retain_time) return;
+    if (passed < (1.0 - rounding) * reference_step) return;
     add((steps_.expected - steps_.change) / steps_.count, steps_.speed / steps_.count,
-        std::pow(retain, passed / retain_time));
+        std::pow(retain, passed / reference_step));
     steps_ = {};
   }
 
@@ -54,8 +55,7 @@ class ResistanceFit {
  private:
   static constexpr double noise = 1.0;             // of one y [m/s2]
   static constexpr double spread = 0.3 * gravity;  // of the prior, both parts [m/s2]
-  static constexpr double retain = 0.999;          // share of what was seen that counts after retain_time
-  static constexpr double retain_time = 0.02;      // [s]
+  static constexpr double retain = 0.999;          // share of what was seen that counts after a reference_step
 
   void add(double y, double v, double retained) {
     const double rest = y - prior_.at(v), u = v * v / v_ref2_;

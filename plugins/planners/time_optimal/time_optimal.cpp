@@ -12,6 +12,7 @@
 #include <gripline/plugin.hpp>
 
 #include "common/planning/planned_friction.hpp"
+#include "common/reference_step.hpp"
 #include "planners/time_optimal/adaptive_laps.hpp"
 #include "planners/time_optimal/lap_library.hpp"
 #include "planners/time_optimal/lap_planner.hpp"
@@ -63,10 +64,10 @@ class TimeOptimal final : public LapPlanner {
   }
 
  private:
-  /// Those of dt [s] that last as long as so many of 20 ms, at least.
-  static int control_steps(int of_20_ms, double dt) {
+  /// Those of dt [s] that last as long as so many reference steps, at least.
+  static int control_steps(int reference_steps, double dt) {
     constexpr double rounding = 1e-6;  // of a step
-    return static_cast<int>(std::ceil(of_20_ms * (0.02 / dt) - rounding));
+    return static_cast<int>(std::ceil(reference_steps * (reference_step / dt) - rounding));
   }
 
   AdaptiveLaps laps_;

@@ -203,6 +203,18 @@ TEST_F(Experiment, RefusalsSayWhatAndWhere) {
               HasSubstr("/horizon: expected a whole number from 2 to 500"));
 }
 
+TEST_F(Experiment, AFilterOfTheStateRefusesLateSensors) {
+  const std::string filter = R"("base": {"state_filter": {"sigma": {"x": 0.002}}}, )";
+  const auto with = [&](const std::string& sensors) {
+    return refusal([&] { extended(filter + R"("world": {"extends": "world.json", "sensors": )" + sensors + "}"); });
+  };
+  EXPECT_EQ(with(R"({"rate": {"x": "10 Hz"}})"), "nothing");
+  EXPECT_THAT(with(R"({"delay": {"x": "40 ms", "vx": "20 ms", "y": 0}})"),
+              AllOf(HasSubstr("/base/state_filter: the filter takes readings for those of now, but the world's sensors "
+                              "have a delay (x, vx); expected"),
+                    EndsWith("[stack plain, stack fast]")));
+}
+
 /// One mistake in the base is told once, with the stacks it concerns.
 TEST_F(Experiment, AMistakeOfTheBaseIsToldOnceWithItsStacks) {
   const std::string message = why({"/base/mu_init=0"});

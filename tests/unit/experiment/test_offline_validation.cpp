@@ -138,6 +138,16 @@ TEST(OfflineValidation, ADriverThatDoesNotFinishIsAnError) {
               ThrowsMessage<std::runtime_error>(HasSubstr("test: the driver did not finish: still driving after 1 s")));
 }
 
+TEST(OfflineValidation, AFilterOfTheDriversStateRefusesLateSensors) {
+  for (const char* key : {"train", "test"}) {
+    Node tree = offline(R"({"none": {"plugin": "none"}})");
+    tree.find("driver")->set("state_filter", json(R"({"sigma": {}})"));
+    EXPECT_EQ(refusal([&] { check_offline(tree, plugins()); }), "nothing");
+    tree.find(key)->set("world", lap_world(R"({"sensors": {"delay": {"yaw": "20 ms"}}})"));
+    EXPECT_THAT(refusal([&] { check_offline(tree, plugins()); }), HasSubstr("have a delay (yaw)")) << key;
+  }
+}
+
 /// An estimator is asked about steps as those that it learned from, of the car that drove them.
 TEST(OfflineValidation, WorldsOfOtherStepsOrCarsAreRefused) {
   const auto refused = [&](Node world) {

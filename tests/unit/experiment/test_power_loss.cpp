@@ -80,6 +80,7 @@ TEST(PowerLoss, ARunDrivenAgainIsTheOldOneOrTheNewOne) {
   run_here(race, {"one", 1}, "old", folder / "out", nullptr);
   const std::size_t first = recording.calls();
   run_here(race, {"one", 1}, "new", folder / "out", nullptr);
+  ASSERT_GT(recording.calls(), first);
   for (const Survives survives : all_kinds) {
     int neither = 0;
     for (const RecordingDisk::Files& files : recording.all_left(first, survives)) {
@@ -102,12 +103,16 @@ TEST(PowerLoss, AFileIsWholeOrAsBefore) {
     write_file(folder / "out/t.json", "the first text");
     write_file(folder / "out/t.json", "the second text, which is longer");
   }
-  for (const Survives survives : all_kinds)
+  for (const Survives survives : all_kinds) {
+    bool found = false;
     for (const RecordingDisk::Files& files : recording.all_left(0, survives)) {
       const auto file = files.find("t.json");
       if (file == files.end()) continue;
+      found = true;
       EXPECT_THAT(file->second, AnyOf("the first text", "the second text, which is longer"));
     }
+    EXPECT_TRUE(found);
+  }
 }
 
 /// What is left of a folder that was just claimed never locks out the one who claimed it.

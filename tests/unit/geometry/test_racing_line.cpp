@@ -209,6 +209,7 @@ TEST(RacingLine, WhatThePlannersMarginTakesIsSaid) {
 TEST(RacingLine, TheSamplesLieOnItsCurve) {
   const Track track = shipped("ethz_mobil.json");
   const RacingLine line = minimum_curvature_line(track, {.car_width = kCarWidth});
+  ASSERT_FALSE(line.samples.empty());
   const double step = line.length() / static_cast<double>(line.samples.size());
   for (std::size_t i = 0; i < line.samples.size(); ++i) {
     const RacingLineSample& at = line.samples[i];
@@ -254,6 +255,7 @@ TEST(RacingLine, ALineThatBeginsOnABridgeFollowsItsOwnPass) {
     road.bridges = true;
     const Track track = to_track(road);
     const RacingLine line = minimum_curvature_line(track, {.car_width = 1.8});
+    ASSERT_FALSE(line.samples.empty());
     for (const RacingLineSample& at : line.samples) {
       ASSERT_LT(std::abs(at.n), 5.0) << "first point at " << first << ", s = " << at.s;
       ASSERT_LT(std::abs(wrap_angle(at.yaw - track.at(at.centre_s).yaw)), 0.3) << first << ", s = " << at.s;

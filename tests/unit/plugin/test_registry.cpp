@@ -73,6 +73,7 @@ TEST(Registry, DeclaredDataArrivesWhole) {
 
 /// Conditions of every declared parameter: documented, with a unit, its default inside its range.
 TEST(Registry, EveryParameterIsDeclaredWhole) {
+  ASSERT_FALSE(plugins().entries().empty());
   for (const PluginEntry& entry : plugins().entries()) {
     EXPECT_STRNE(entry.decl->summary, "") << entry.decl->id;
     EXPECT_STRNE(entry.decl->version, "") << entry.decl->id;

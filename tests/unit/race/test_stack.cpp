@@ -245,8 +245,8 @@ double error_of_next(Rig& rig, const Input& input) {
   return std::max(std::abs(next[5] - sample.x_next.omega), std::abs(next[3] - sample.x_next.vx));
 }
 
-/// f_corr = f_nom + e_pred once trusted, f_nom before.
-TEST(Stack, TheModelIsCorrectedOnceTrusted) {
+/// f_corr = f_nom + e_pred after adapt_after, f_nom until then.
+TEST(Stack, TheModelIsCorrectedAfterAdaptAfter) {
   Rig rig(
       R"({"estimator": {"plugin": "oracle"}, "model": {"plugin": "ekinematic", "integrator": "rk6"},
           "adapt_after": "0.1 s"})",

@@ -41,6 +41,8 @@ class Gliding final : public Prediction {
 
 constexpr StateFilterSpec noisy = {{0.002, 0.002, 0.005, 0.02, 0.02, 0.05}, {0.5, 0.5, 5.0}};
 
+const ChannelSet every = ChannelSet().set();
+
 /// Readings that are exact are taken as they are, whatever the model says.
 TEST(StateFilter, WithoutNoiseItShowsTheReading) {
   for (const double drift : {0.0, 0.5}) {
@@ -49,7 +51,7 @@ TEST(StateFilter, WithoutNoiseItShowsTheReading) {
     filter.start({0, 0, 0, 1, 0, 0, 0});
     filter.predict(model, {}, {});
     const State reading{0.3, -0.2, 0.1, 2.0, 0.4, -1.0, 0.05};
-    filter.update(reading);
+    filter.update(reading, every);
     for (const auto member : {&State::x, &State::y, &State::yaw, &State::vx, &State::vy, &State::omega, &State::delta})
       EXPECT_NEAR(filter.state().*member, reading.*member, 1e-12);
   }
@@ -66,14 +68,14 @@ TEST(StateFilter, ItsGainIsThatOfTheRiccatiEquation) {
   filter.start({0, 0, 0, 1, 0, 0, 0});
   for (int i = 0; i < 200; ++i) {
     filter.predict(model, {}, {});
-    filter.update(filter.state());
+    filter.update(filter.state(), every);
   }
   const double q = std::pow(0.5 * 0.02, 2), r = 0.02 * 0.02, M = 0.5 * (q + std::sqrt(q * q + 4 * q * r));
   filter.predict(model, {}, {});
   State reading = filter.state();
   reading.vx += 0.01;
   const double before = filter.state().vx;
-  filter.update(reading);
+  filter.update(reading, every);
   EXPECT_NEAR((filter.state().vx - before) / 0.01, M / (M + r), 1e-6);
 }
 
@@ -93,7 +95,7 @@ TEST(StateFilter, ShrinksTheNoiseOfACarThatTheModelKnows) {
     reading.x += 0.002 * normal(random), reading.y += 0.002 * normal(random), reading.yaw += 0.005 * normal(random);
     reading.vx += 0.02 * normal(random), reading.vy += 0.02 * normal(random), reading.omega += 0.05 * normal(random);
     filter.predict(model, {}, {});
-    filter.update(reading);
+    filter.update(reading, every);
     read += std::pow(reading.y - truth.y, 2);
     filtered += std::pow(filter.state().y - truth.y, 2);
   }
@@ -108,13 +110,48 @@ TEST(StateFilter, FollowsAReadingThatTheModelCannotExplain) {
   filter.start({0, 0, 0, 1, 0, 0, 0});
   for (int i = 0; i < 50; ++i) {
     filter.predict(model, {}, {});
-    filter.update(filter.state());
+    filter.update(filter.state(), every);
   }
   filter.predict(model, {}, {});
   State reading = filter.state();
   reading.vy += 0.3;
-  filter.update(reading);
+  filter.update(reading, every);
   EXPECT_GT(filter.state().vy, 0.28);
+}
+
+/// A channel that is held shows the past: until its next reading the state goes where the model and the others take it,
+/// and in doubt, so that the next reading counts for more than one of many.
+TEST(StateFilter, AHeldReadingIsNotTakenAgain) {
+  StateFilter filter(noisy), slow(noisy);
+  Gliding model;
+  const State start{0, 0, 0, 1, 0, 0, 0};
+  filter.start(start);
+  slow.start(start);
+  ChannelSet without_x = every;
+  without_x.reset(0);
+  for (int i = 0; i < 50; ++i) {
+    filter.predict(model, {}, {});
+    slow.predict(model, {}, {});
+    State held = slow.state();
+    const double predicted = held.x;
+    if (i % 10 != 9) held.x -= 1.0;
+    held.delta = 0.01 * i;
+    filter.update(filter.state(), every);
+    slow.update(held, i % 10 == 9 ? every : without_x);
+    EXPECT_DOUBLE_EQ(slow.state().x, predicted);
+    EXPECT_EQ(slow.state().delta, held.delta);
+  }
+  const auto gain = [&](StateFilter& of) {
+    of.predict(model, {}, {});
+    State reading = of.state();
+    const double before = reading.x;
+    reading.x += 1e-3;
+    of.update(reading, every);
+    return (of.state().x - before) / 1e-3;
+  };
+  const double often = gain(filter);
+  EXPECT_LT(often, 0.5);
+  EXPECT_GT(gain(slow), 1.2 * often);
 }
 
 TEST(StateFilter, AllocatesOnlyInItsFirstStep) {
@@ -126,7 +163,7 @@ TEST(StateFilter, AllocatesOnlyInItsFirstStep) {
   const long before = rig::allocations.load();
   for (int i = 0; i < 10; ++i) {
     filter.predict(model, {}, {});
-    filter.update({});
+    filter.update({}, every);
   }
   EXPECT_EQ(rig::allocations.load() - before, 0);
 }
@@ -155,6 +192,28 @@ TEST(StateFilter, PlannerAndControllerActOnIt) {
   EXPECT_LT(errors(R"({"model": {"plugin": "dynamic", "params": )" + published_tyres_json + R"(},
     "state_filter": {"sigma": {"x": "5 mm", "y": "5 mm", "vx": 0.05, "vy": 0.05, "yaw_rate": 0.05}}})"),
             0.5);
+}
+
+/// With positions at 10 Hz beside speeds at 50 Hz: where the car is, and not where it was when it was last told.
+TEST(StateFilter, FollowsTheCarBetweenTheReadingsOfASlowSensor) {
+  const WorldSpec world = world_of(R"({"duration": "2 s", "start": {"speed": 1}, "sensors": {
+    "sigma": {"x": "5 mm", "y": "5 mm", "vx": 0.05, "vy": 0.05, "yaw_rate": 0.05},
+    "rate": {"x": "10 Hz", "y": "10 Hz"}}})");
+  const StackSpec spec =
+      stack_of(world.car, R"({"model": {"plugin": "dynamic", "params": )" + published_tyres_json + R"(},
+    "state_filter": {"sigma": {"x": "5 mm", "y": "5 mm", "vx": 0.05, "vy": 0.05, "yaw_rate": 0.05}}})");
+  RaceAssembly race(world, spec, {.seed = 5});
+  race.simulation().start();
+  double read = 0, acted = 0;
+  for (int i = 0; i < 100; ++i) {
+    race.simulation().step();
+    const State &truth = race.world().state(), &shown = race.simulation().now().x;
+    const State& used = race.simulation().acted_on().x;
+    read += std::pow(shown.x - truth.x, 2) + std::pow(shown.y - truth.y, 2);
+    acted += std::pow(used.x - truth.x, 2) + std::pow(used.y - truth.y, 2);
+  }
+  EXPECT_GT(std::sqrt(read / 100), 0.03);
+  EXPECT_LT(std::sqrt(acted / 100), 0.015);
 }
 
 StateFilterSpec filter_of(const char* text) {

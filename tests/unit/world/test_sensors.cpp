@@ -98,6 +98,16 @@ TEST(Sensors, ARateHoldsTheLastReading) {
   }
 }
 
+TEST(Sensors, TellWhichReadingsAreNew) {
+  const SensorSpec spec = spec_of(R"({"rate": {"x": "10 Hz", "vy": "25 Hz"}, "delay": {"y": "40 ms"}})");
+  for (int k = 0; k < 23; ++k) {
+    ChannelSet expected = ChannelSet().set();
+    expected[0] = k % 5 == 0;
+    expected[4] = k % 2 == 0;
+    EXPECT_EQ(spec.read_at(k), expected) << k;
+  }
+}
+
 TEST(Sensors, ADelayShowsAnEarlierStateAndFirstTheFirst) {
   Sensors sensors(spec_of(R"({"delay": {"x": "60 ms", "vx": "20 ms"}, "bias": {"vx": 0.5}})"), 1);
   for (int k = 0; k < 20; ++k) {

@@ -15,12 +15,11 @@ namespace gripline::diagnose {
 
 namespace {
 
-/// Fills F, the inputs and the rates; writes the rates of `regressors`. Returns the fastest rate of settling of a
-/// memory [1/s], which may need shorter steps than the motion.
+/// Fills F and the inputs; writes the rates of `regressors`. Returns the fastest rate of settling of a memory
+/// [1/s], which may need shorter steps than the motion.
 double add_transitions(const StagedCar& car, const Trace& trace, std::span<const std::size_t> along,
                        std::span<Regressor> regressors, LinearModel& lm) {
   const std::size_t N = lm.states, m = lm.memories(), body = channels + m;
-  lm.rate.resize(lm.n * 3);
   for (Regressor& r : regressors) r.rate.resize(lm.n * 3);
   lm.F.resize((lm.n - 1) * N * N);
   lm.input0.resize((lm.n - 1) * N * 3);
@@ -41,10 +40,8 @@ double add_transitions(const StagedCar& car, const Trace& trace, std::span<const
     for (std::size_t i = 0; i < channels; ++i) row(i, rate[i]);
     for (std::size_t j = 0; j < m; ++j) row(channels + j, memory_rate[j]);
     for (std::size_t j = channels; j < body; ++j) fastest = std::max(fastest, std::abs(A[j * (N + 1)]));
-    for (std::size_t c = 0; c < 3; ++c) {
-      lm.rate[k * 3 + c] = rate[3 + c].v;
+    for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t i = 0; i < along.size(); ++i) regressors[i].rate[k * 3 + c] = rate[3 + c].d[4 + m + i];
-    }
     if (k > 0) {
       for (std::size_t i = 0; i < N * N; ++i) before[i] = 0.5 * (before[i] + A[i]);
       transition(before.data(), N, lm.dt, lm.F.data() + (k - 1) * N * N, lm.input0.data() + (k - 1) * N * 3,

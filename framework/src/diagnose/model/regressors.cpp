@@ -189,14 +189,16 @@ std::vector<double> scan(const abi::ParamDecl& p) {
   return values;
 }
 
-/// The regressors that one candidate would add to a model.
+/// The regressors that one candidate would add to a model. `without`: the model's rates by rates_at_samples, as
+/// difference_regressor has its base.
 class CandidateProbe {
  public:
   CandidateProbe(const Catalogue& catalogue, const ModelSpec& model, std::size_t candidate, const Trace& trace,
-                 const LinearModel& lm)
+                 const LinearModel& lm, const std::vector<double>& without)
       : candidate_(catalogue.candidates()[candidate]),
         trace_(trace),
         lm_(lm),
+        without_(without),
         car_(catalogue.build(at_start(catalogue, model, candidate))),
         through_memory_(is_remembered(catalogue, model, candidate)) {
     const ModelSpec more = catalogue.with(model, candidate);
@@ -234,7 +236,7 @@ class CandidateProbe {
     const double unit = candidate_.decl(0).start - candidate_.decl(0).neutral;
     for (std::size_t k = 0; k < trace_.size(); ++k)
       for (std::size_t c = 0; c < 3; ++c)
-        r.rate[k * 3 + c] = (rates[k * channels + 3 + c] - lm_.rate[k * 3 + c]) / unit;
+        r.rate[k * 3 + c] = (rates[k * channels + 3 + c] - without_[k * channels + 3 + c]) / unit;
     return r;
   }
 
@@ -273,6 +275,7 @@ class CandidateProbe {
   const Candidate& candidate_;
   const Trace& trace_;
   const LinearModel& lm_;
+  const std::vector<double>& without_;
   StagedCar car_;
   bool through_memory_;
   std::vector<double> at_neutral_;  // rates at every sample, once they are needed
@@ -283,6 +286,7 @@ class CandidateProbe {
 
 void candidate_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace, const LinearModel& lm,
                           std::vector<Regressor>& regressors, std::vector<CandidateRegressors>& groups) {
+  const std::vector<double> without = rates_at_samples(catalogue.build(model), trace, lm.memory);
   for (std::size_t i = 0; i < catalogue.candidates().size(); ++i) {
     const Candidate& c = catalogue.candidates()[i];
     if (c.excluded || model.has(i)) continue;
@@ -290,7 +294,7 @@ void candidate_regressors(const Catalogue& catalogue, const ModelSpec& model, co
     CandidateRegressors group;
     group.candidate = i;
     group.first = regressors.size();
-    CandidateProbe(catalogue, model, i, trace, lm).add(regressors, group.starts);
+    CandidateProbe(catalogue, model, i, trace, lm, without).add(regressors, group.starts);
     group.count = regressors.size() - group.first;
     groups.push_back(std::move(group));
   }

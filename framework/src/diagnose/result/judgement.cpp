@@ -24,7 +24,8 @@ class Judge {
   void run() {
     measure();
     drop_harmful();
-    if (!stands()) withdraw();
+    const bool gap_closes = closes();
+    if (!gap_closes || !stands()) withdraw(gap_closes);
   }
 
  private:
@@ -36,7 +37,7 @@ class Judge {
   void drop_harmful();
   bool closes() const;
   bool stands() const;
-  void withdraw();
+  void withdraw(bool gap_closes);
 
   SearchResult& found_;
   const Problem& problem_;  // as the search left it: what the pool fits is along its references
@@ -94,9 +95,8 @@ bool Judge::closes() const {
   return closes_fitted(compare(hold_out_.predict_training(d_.fit), hold_out_.predict_training(d_.null_model)), noisy);
 }
 
-/// Whether the result predicts hold-out data well enough to be kept.
+/// Whether a result that closes some of the gap predicts hold-out data well enough to be kept.
 bool Judge::stands() const {
-  if (!closes()) return false;
   if (hold_out_.empty()) return true;
   // Beside something unknown, effects that leave most of the gap open are imitations of it, unless each of them helps.
   const bool all_help = std::ranges::all_of(d_.named, [](const NamedEffect& n) { return n.rollout.helps(); });
@@ -112,10 +112,11 @@ bool Judge::stands() const {
 }
 
 /// What was found does not predict, and what is missing is not known: nothing, where the bare model leaves nothing to
-/// find. The nominal model is returned, with its parameters refitted where that makes predictions better.
-void Judge::withdraw() {
+/// find. The nominal model is returned, with its parameters refitted where that makes predictions better. `gap_closes`:
+/// as closes() says of what was found.
+void Judge::withdraw(bool gap_closes) {
   const bool was_known = d_.verdict == Verdict::named || d_.verdict == Verdict::indistinguishable;
-  if (was_known && !closes()) {
+  if (was_known && !gap_closes) {
     d_.tests = residual_tests(problem_, found_.null_model);
     if (!(strongest(d_.tests).statistic > thresholds::misfit)) d_.verdict = Verdict::nothing_missing;
   }

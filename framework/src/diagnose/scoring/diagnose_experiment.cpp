@@ -66,6 +66,7 @@ HiddenCase read_hidden(const Member& member, const DiagnoseExperiment& e, const 
   inline_world_files(tree);
   // Without the nominal world, which has been told, there is none to read.
   if (!e.nominal_tree.is_null()) one.world = read_world(tree, registry, errors);
+  for (const StackSpec* driver : {&e.driver, &e.other_driver}) check_sensors(*driver, one.world.sensors, errors);
   std::vector<Names> missing;  // sets that are right
   for (const Node& set : r.array("missing", false)) missing.push_back(read_names(set, errors));
   const bool hides = hidden != nullptr && !(hidden->is_object() && hidden->object().empty());

@@ -59,7 +59,9 @@ TEST(CandidatesBeside, LeaveOutWhatIsKnown) {
 
 TEST(WithEffect, AListedParameterAddsNone) {
   const Trial trial = mapped();
-  for (const CandidateEffect& one : candidates_beside(trial, testing_support::plugins(), {}))
+  const auto candidates = candidates_beside(trial, testing_support::plugins(), {});
+  ASSERT_FALSE(candidates.empty());
+  for (const CandidateEffect& one : candidates)
     EXPECT_EQ(with_effect(trial.spec, one).vehicle.effects.size(), one.listed ? 1u : 2u) << one.id();
 }
 

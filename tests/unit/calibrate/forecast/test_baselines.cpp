@@ -78,6 +78,8 @@ TEST(Baselines, TakeNothingElseWhereTheStartsRowIsFull) {
       if (i != 200 && i != 201) s.reading[i * channels + c] = NAN;
   const auto p = baseline(Baseline::persistence, s, starts, 2.0);
   const auto whole = baseline(Baseline::persistence, circling(), starts, 2.0);
+  ASSERT_FALSE(p.empty());
+  ASSERT_EQ(p.size(), whole.size());
   for (std::size_t k = 0; k < p.size(); ++k) EXPECT_EQ(p[k], whole[k]) << k;
 }
 

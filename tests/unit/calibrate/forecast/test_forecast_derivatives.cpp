@@ -58,6 +58,7 @@ TEST(Forecaster, DerivativesAreThoseOfThePredictions) {
     const std::size_t last = std::min(first + 8, params.size());
     for (std::size_t p = first; p < last; ++p) seeded[p].d[p - first] = 1.0;
     rig.forecaster.run<Dual8>(s, commands, nullptr, seeded, starts, predicted);
+    ASSERT_FALSE(predicted.empty());
     for (std::size_t p = first; p < last; ++p) {
       const double step = 1e-5 * std::max(0.1, std::abs(params[p]));
       std::vector<double> up = params, down = params;

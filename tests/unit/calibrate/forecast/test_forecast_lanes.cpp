@@ -135,6 +135,7 @@ TEST(Forecaster, AParkedCarIsWhereItsFirstFixShowsIt) {
   starts.horizons = {0.1};
   for (int i = 211; i < 219; ++i) starts.time.push_back(s.t[static_cast<std::size_t>(i)]);
   const auto predicted = rig.predict(s, rig.forecaster.defaults(), starts);
+  ASSERT_EQ(predicted.size(), starts.time.size() * channels);
   for (std::size_t k = 0; k < predicted.size(); k += channels) {
     EXPECT_NEAR(predicted[k], 30.0, 1e-3);
     EXPECT_NEAR(predicted[k + 1], 40.0, 1e-3);

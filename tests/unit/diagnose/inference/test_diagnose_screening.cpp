@@ -171,12 +171,32 @@ TEST(Screening, AddsStretchesOfDifferentPartsOfTheLap) {
   EXPECT_EQ(rig.catalogue().name(s.extensions.front().start), "aero_drag");
 }
 
-/// A car that never brakes says nothing of its brakes.
+/// A car that never brakes says nothing of its brakes, nor of how they fade: to the last digit, as a regressor is scaled
+/// to unit size before its rank is found.
 TEST(Screening, PutsLastWhatTheLogSaysNothingOf) {
   const DiagnoseRig rig;
   const Screened s(rig, rig.with("drive_gain", {0.02}));
+  const std::vector<Extension>& all = s.screening.extensions;
   EXPECT_EQ(s.of("brake_gain").dof, 0U);
-  EXPECT_EQ(rig.catalogue().candidates()[s.screening.extensions.back().candidate].id, "brake_gain");
+  EXPECT_EQ(s.of("brake_fade").dof, 0U);
+  EXPECT_EQ(rig.catalogue().candidates()[all[all.size() - 1].candidate].id, "brake_gain");
+  EXPECT_EQ(rig.catalogue().candidates()[all[all.size() - 2].candidate].id, "brake_fade");
+}
+
+/// Nor does one that never steers say how fast its wheels follow.
+TEST(Screening, FindsNoLagOfASteeringThatStandsStill) {
+  const DiagnoseRig rig;
+  const Problem problem =
+      rig.problem({rig.simulate(rig.catalogue().null_model(), {.seconds = 4, .seed = 93, .steer = 0})});
+  Fit null_model;
+  null_model.model = rig.catalogue().null_model();
+  null_model.noise = rig.noise(problem, 1.0);
+  const Screening s = screen(problem, null_model);
+  std::map<std::string, std::size_t> dof;
+  for (const Extension& e : s.extensions) dof[rig.catalogue().candidates()[e.candidate].id] = e.dof;
+  EXPECT_EQ(dof.at("steer_gain"), 0U);
+  EXPECT_EQ(dof.at("steer_lag"), 0U);
+  EXPECT_EQ(dof.at("motor_lag"), 1U);
 }
 
 }  // namespace test_diagnose_screening

@@ -1,8 +1,10 @@
 #include "diagnose/scoring/diagnose_experiment.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "support/comma_locale.hpp"
+#include "support/host_support.hpp"
 
 namespace gripline::diagnose {
 namespace test_diagnose_diagnose_experiment {
@@ -30,6 +32,16 @@ TEST(DiagnoseExperiment, JudgesByTheRulesOfScores) {
   EXPECT_EQ(right({{"wind"}, {"aero_drag"}}, true, d), 1.0);
   d.verdict = Verdict::unknown;
   EXPECT_EQ(right({{"aero_drag"}}, true, d), 0.0);
+}
+
+TEST(DiagnoseExperiment, AFilterOfTheDriversStateRefusesLateSensors) {
+  const Node tree = testing_support::json(R"({"kind": "diagnose", "nominal": "diagnose_rc43.json",
+    "driver": {"model": {"plugin": "ekinematic"}, "planner": {"plugin": "fixed_speed"},
+               "controller": {"plugin": "pure_pursuit"}, "state_filter": {"sigma": {}}},
+    "cases": {"plain": {}, "late": {"hidden": {"sensors": {"delay": {"vy": "40 ms"}}}}}})");
+  EXPECT_THAT(testing_support::refusal([&] { check_diagnose_experiment(tree, testing_support::plugins()); }),
+              testing::AllOf(testing::HasSubstr("/driver/state_filter: the filter takes readings for those of now"),
+                             testing::HasSubstr("have a delay (vy)"), testing::EndsWith("[case late]")));
 }
 
 using DiagnoseExperimentTable = testing_support::InCommaLocale;

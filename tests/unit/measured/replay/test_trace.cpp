@@ -28,6 +28,7 @@ TEST(SmoothReadings, ReproduceAQuadraticAlsoWhereReadingsAreMissing) {
   for (std::size_t k = 10; k < 22; ++k) holes.reading[k * channels + 2] = not_a_number;
   for (const Log& log : {whole, holes}) {
     const std::vector<double> smooth = smooth_readings(log, 3);
+    ASSERT_EQ(smooth.size(), whole.reading.size());
     for (std::size_t i = 0; i < smooth.size(); ++i) EXPECT_NEAR(smooth[i], whole.reading[i], 1e-6) << i;
   }
 }

@@ -85,6 +85,7 @@ TEST(SessionFile, ARowWhoseValidityIsMissingHasNoReadings) {
     std::string text = R"({"time": "t_s", "channels": {"vx": "vx_mps", "yaw_rate": "yaw_rate_radps",
       "delta": "delta_rad"}, "valid": ")";
     const Session s = read_session(log, map_of(text.append(valid).append("\"}"))).session;
+    ASSERT_GT(s.rows(), 200u);
     for (std::size_t i = 0; i < s.rows(); ++i)
       EXPECT_EQ(std::isnan(s.at(i, 3)), i < 100 || i >= 200) << valid << ", row " << i;
   }

@@ -73,7 +73,11 @@ TEST(SessionWindows, OfAChannelThatWasNotReadNothingIsShown) {
   Session s = circling(0.02, 10.0);
   for (std::size_t k = 0; k < s.rows(); ++k)
     if (!(s.t[k] < 2.0 - 1e-9)) reading(s, k, Channel::vx) = NAN;
-  for (const SessionWindow& w : session_windows(s)) {
+  const std::vector<SessionWindow> windows = session_windows(s);
+  ASSERT_FALSE(windows.empty());
+  EXPECT_LT(windows.front().begin, 1.0);
+  EXPECT_GT(windows.back().begin, 3.0);
+  for (const SessionWindow& w : windows) {
     const bool read = w.begin + 0.25 < 2.0;
     EXPECT_EQ(std::isnan(w.speed), !read) << w.begin;
     EXPECT_EQ(std::isnan(w.gain), !(w.begin + 0.5 < 2.0)) << w.begin;

@@ -150,11 +150,13 @@ TEST(Effects, ResistancesNeverAddEnergy) {
 
 /// At the ends of their ranges, whatever the state, loads and peaks stay what they are: not below 0, numbers.
 TEST(Effects, LoadsAndPeaksNeverFallBelowZero) {
+  int effects = 0;
   for (const PluginEntry& entry : test::plugins().entries()) {
     if (entry.decl->kind != abi::Kind::effect) continue;
     EffectBench bench(entry.decl->id);
     const Stage stage = bench.effect().stage();
     if (stage != Stage::load && stage != Stage::tyre) continue;
+    ++effects;
     std::mt19937_64 random(9);
     for (int k = 0; k < 1000; ++k) {
       std::vector<double> values;
@@ -168,6 +170,7 @@ TEST(Effects, LoadsAndPeaksNeverFallBelowZero) {
       EXPECT_GT(std::min(q.lf, q.lr), 0.0) << entry.decl->id;
     }
   }
+  EXPECT_GT(effects, 0);
 }
 
 }  // namespace test_effects

@@ -39,6 +39,7 @@ class FixedSpeedTest : public ::testing::Test {
 
 TEST_F(FixedSpeedTest, IgnoresWhatIsBelieved) {
   const auto planner = make("fixed_speed", 1.0);
+  ASSERT_FALSE(planner->line().empty());
   for (std::size_t i = 0; i < planner->line().size(); i += 40)
     EXPECT_EQ(speed(*planner, i, 0.4), speed(*planner, i, 1.2));
 }
@@ -47,6 +48,7 @@ TEST_F(FixedSpeedTest, DrivesLikeFrictionSpeedThatBelievesMuInit) {
   const auto fixed = make("fixed_speed", 0.7);
   const auto stated = make("fixed_speed", 1.0, {{"mu", 0.7}});
   const auto adaptive = make("friction_speed", 1.0);
+  ASSERT_FALSE(fixed->line().empty());
   for (std::size_t i = 0; i < fixed->line().size(); i += 40) {
     EXPECT_NEAR(speed(*fixed, i, 1.0), speed(*adaptive, i, 0.7), 1e-9);  // 0.7 is a point of the default grid
     EXPECT_EQ(speed(*fixed, i, 1.0), speed(*stated, i, 1.0));

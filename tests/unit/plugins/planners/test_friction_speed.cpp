@@ -45,6 +45,7 @@ class FrictionSpeedTest : public ::testing::Test {
 
 TEST_F(FrictionSpeedTest, LineLiesInsideTheTrackByHalfTheCarAndTheMargin) {
   const auto planner = make({{"margin", 0.02}});
+  ASSERT_FALSE(planner->line().empty());
   for (const LinePoint& p : planner->line()) {
     EXPECT_GE(p.left, 0.035 - 2e-3);
     EXPECT_GE(p.right, 0.035 - 2e-3);

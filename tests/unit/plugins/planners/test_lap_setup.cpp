@@ -63,6 +63,7 @@ TEST_F(LapSetupTest, AShareOfTheBrakesIsPlannedWith) {
   options.brakes = 0.8;
   const LapProblem whole = setup_.problem({tyres(0.8), {}}),
                    part = LapSetup(context_, options, {tyres(0.8), {}}).problem({tyres(0.8), {}});
+  ASSERT_FALSE(whole.drive.brake.values().empty());
   for (std::size_t i = 0; i < whole.drive.brake.values().size(); ++i) {
     EXPECT_GT(whole.drive.brake.values()[i], 0.0);
     EXPECT_DOUBLE_EQ(part.drive.brake.values()[i], 0.8 * whole.drive.brake.values()[i]);

@@ -369,6 +369,7 @@ TEST_F(RecedingLapsCurvature, PartsOfAPlanAreFollowedLikeAWholeOne) {
     follower_->set(plan_, part.first, part.count);
     PlanFollower whole(*setup_);
     whole.set(plan_);
+    ASSERT_FALSE(whole.samples().empty());
     for (std::size_t i = 0; i < whole.samples().size(); ++i) {
       const LinePoint &a = follower_->samples()[i], &b = whole.samples()[i];
       EXPECT_TRUE(a.x == b.x && a.y == b.y && a.yaw == b.yaw && a.kappa == b.kappa && a.left == b.left)

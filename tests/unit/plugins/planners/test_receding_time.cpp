@@ -169,6 +169,8 @@ TEST_F(RecedingTimeTest, KeepsAllBackUntilItTrustsItsBelief) {
   const Changes reserve{{"pace", 0.9}, {"pace_kept", 0.25}, {"pace_friction", 1.2}, {"pace_spread", 0.2}};
   trusted_ = false;
   const std::vector<double> planned = asked(0.9, {}), driven = asked(0.9, reserve);
+  ASSERT_FALSE(planned.empty());
+  ASSERT_EQ(driven.size(), planned.size());
   for (std::size_t i = 0; i < planned.size(); ++i) EXPECT_NEAR(driven[i], 0.9 * planned[i], 1e-9) << i;
 }
 

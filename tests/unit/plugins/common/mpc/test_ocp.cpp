@@ -385,6 +385,7 @@ TEST(MpcOcp, LeavesTheSlopeOutWhenTold) {
     p.slope = slope;
     Ocp ocp(p, testing_support::car_1_43(), 0.02);
     ocp.set(Observation{}, references, Glide());
+    ASSERT_FALSE(ocp.places().empty());
     for (std::size_t k = 0; k < ocp.places().size(); ++k) {
       EXPECT_EQ(ocp.places()[k].grade, slope ? 0.05 : 0.0);
       EXPECT_EQ(ocp.places()[k].bank, slope ? -0.02 : 0.0);
