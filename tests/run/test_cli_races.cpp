@@ -235,7 +235,8 @@ TEST_F(CliRaces, SetActsOnTheExpandedExperiment) {
   // Objects on the way to a parameter are made, in the base and in a stack, which patches it.
   EXPECT_THAT(column("/base/model/params/lf=0.03", "mu_belief_front"), Each(1.0));
   EXPECT_THAT(column("/stacks/slow/planner/params/mu=0.2", "mu_belief_front"), Each(1.0));
-  EXPECT_EQ(find_pointer(parse_file(out() + "/slow/1/config.json"), "/stacks/slow/planner/params/mu")->number(), 0.2);
+  const Node recorded = parse_file(out() + "/slow/1/config.json");
+  EXPECT_EQ(find_pointer(recorded, "/stacks/slow/planner/params/mu")->number(), 0.2);
   // A file name starts at the current folder, and swaps the whole world.
   write_text(folder_ / "worlds/other.json",
              R"({"extends": ")" + fixture_dir().string() + R"(/worlds/short.json", "duration": "0.3 s"})");

@@ -120,8 +120,9 @@ inline Node::Node(const char* value, Origin where) : Node(std::string_view(value
 [[nodiscard]] std::vector<std::string> split_pointer(std::string_view pointer);
 /// `parent/name` with `name` escaped.
 [[nodiscard]] std::string join_pointer(std::string_view parent, std::string_view name);
-/// The value at a pointer, or null.
+/// The value at a pointer, or null. It is part of `root`, which therefore may not be a temporary.
 [[nodiscard]] const Node* find_pointer(const Node& root, std::string_view pointer);
+const Node* find_pointer(const Node&& root, std::string_view pointer) = delete;
 
 /// Shortest text that reads back as the same double, and is a JSON number; whole numbers below 2^53 without a
 /// fraction or an exponent. Throws std::invalid_argument if it is not finite.

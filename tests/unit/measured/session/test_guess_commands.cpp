@@ -120,7 +120,8 @@ TEST(GuessCommands, ASteeringThatIsPositiveToTheRightIsToldByTheHeading) {
       const double heading = std::remainder(compass ? pi / 2 - yaw : yaw, 2 * pi) * 180 / pi;
       out << t << ',' << x << ',' << y << ',' << heading << ',' << left * delta << '\n';
     });
-    const Node* const found = find_pointer(guess_map(read_delimited(log)).map, "/channels/delta/sign");
+    const auto guess = guess_map(read_delimited(log));
+    const Node* const found = find_pointer(guess.map, "/channels/delta/sign");
     return found == nullptr ? 1.0 : found->number();
   };
   for (const bool compass : {false, true}) {

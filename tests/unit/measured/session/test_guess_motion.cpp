@@ -50,7 +50,8 @@ Guess guess_of_speed(const std::string& header, double factor) {
 
 TEST(GuessMotion, UnitsOfSpeedNearEachOtherAreToldApart) {
   const auto unit = [](const std::string& header, double factor) {
-    return find_pointer(guess_of_speed(header, factor).map, "/channels/vx/unit")->text();
+    const Guess guess = guess_of_speed(header, factor);
+    return find_pointer(guess.map, "/channels/vx/unit")->text();
   };
   EXPECT_EQ(unit("speed", 3600.0 / 1852.0), "kn");
   EXPECT_EQ(unit("speed", 1 / 0.44704), "mph");
@@ -78,8 +79,10 @@ Guess guess_of_held_place(const std::string& speed, double factor, int rows) {
 }
 
 TEST(GuessMotion, UnitsOfSpeedAreToldByPlacesThatRepeat) {
-  for (const auto& [unit, factor] : {std::pair("km/h", 3.6), {"kn", 3600.0 / 1852.0}, {"m/s", 1.0}})
-    EXPECT_EQ(find_pointer(guess_of_held_place("speed", factor, 1200).map, "/channels/vx/unit")->text(), unit);
+  for (const auto& [unit, factor] : {std::pair("km/h", 3.6), {"kn", 3600.0 / 1852.0}, {"m/s", 1.0}}) {
+    const Guess guess = guess_of_held_place("speed", factor, 1200);
+    EXPECT_EQ(find_pointer(guess.map, "/channels/vx/unit")->text(), unit);
+  }
   EXPECT_THAT(guess_of_held_place("speed", 3.6, 300).remarks,
               testing::Contains(testing::HasSubstr("the place tells none")));
 }

@@ -93,7 +93,8 @@ TEST(LogGuess, DatesOfWholeSecondsAreNoMilliseconds) {
   out << "time,x,y,delta\n";
   for (int k = 0; k < 100; ++k) out << "2018-04-08 10:31:" << 10 + k / 10 << ',' << k << ",1,0.1\n";
   out.close();
-  EXPECT_EQ(find_pointer(guess_map(read_delimited(file)).map, "/time/unit")->text(), "s");
+  const Guess guess = guess_map(read_delimited(file));
+  EXPECT_EQ(find_pointer(guess.map, "/time/unit")->text(), "s");
 }
 
 TEST(LogGuess, ColumnsThatNothingUsesAreNamed) {
