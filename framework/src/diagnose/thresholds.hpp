@@ -104,9 +104,9 @@ inline constexpr double closure_beside_unknown = 0.5;
 /// Time between the starts of predictions [s]. Smaller: errors of more starts, which overlap more, in proportionally
 /// more time. From framework/doc/diagnose.md, "The gap".
 inline constexpr double start_spacing = 0.5;
-/// Starts of predictions that count as one piece of evidence (2 s of a log at 50 Hz: predictions of 1 s overlap), and
-/// blocks of them below which their change has no interval.
-inline constexpr std::size_t rollout_block = 4, fewest_rollout_blocks = 4;
+/// Starts of predictions that count as one piece of evidence (2 s: predictions of 1 s overlap); the least, where
+/// hold-out data are short (1 s); and blocks of them below which their change has no interval.
+inline constexpr std::size_t rollout_block = 4, short_rollout_block = 2, fewest_rollout_blocks = 4;
 
 // ---- Tests that nothing is left
 
@@ -121,6 +121,10 @@ inline constexpr double far_above_noise = 3.0;
 /// Standardised statistic of a test beyond which the model is rejected. Larger: fewer false alarms, weaker deviations
 /// missed. 4 standard deviations of the joint tests' chi-square are about one chance in thousands.
 inline constexpr double misfit = 4.0;
+/// `misfit` where the world holds commands in steps of which the log left some out: those are counted as normal noise
+/// around a bent line, and are jumps of all sizes. Larger: fewer true effects beside something unknown, weaker
+/// deviations missed.
+inline constexpr double misfit_commands_left_out = 8.0;
 /// Standard deviations of a normal that count as much as `misfit` in tests of few functions. Theirs is a cube root
 /// approximation with lighter tails.
 inline constexpr double misfit_focused = 3.5;

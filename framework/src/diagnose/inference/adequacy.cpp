@@ -93,6 +93,7 @@ ResidualTest test_kind(const Problem& problem, const Fit& fitted, std::span<cons
   test.dof = s.dof;
   const auto dof = static_cast<double>(std::max<std::size_t>(1, s.dof));
   test.statistic = (2.0 * s.gain - dof) / std::sqrt(2.0 * dof);
+  if (problem.hold().halves) test.statistic *= thresholds::misfit / thresholds::misfit_commands_left_out;
   if (where == Where::position || where == Where::time) locate(s, knots_of(problem, where), test);
   return test;
 }

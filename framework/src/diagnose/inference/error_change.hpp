@@ -27,7 +27,8 @@ struct ErrorChange {
 };
 
 /// Compares two models' predictions from the same starts. The interval is that of resampled blocks of
-/// thresholds::rollout_block starts; with fewer than thresholds::fewest_rollout_blocks blocks there is no interval.
+/// thresholds::rollout_block starts; where these are fewer than thresholds::fewest_rollout_blocks, of blocks of
+/// thresholds::short_rollout_block, widened as few blocks ask for; where these are fewer, too, there is none.
 ErrorChange compare(const StartErrors& with, const StartErrors& without);
 
 }  // namespace gripline::diagnose

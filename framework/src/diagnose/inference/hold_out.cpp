@@ -122,6 +122,11 @@ StartErrors HoldOut::predict_training(const Fit& f) const {
   return std::move(predict_along(training_.traces, from, f, second).front());
 }
 
+ErrorChange HoldOut::change(const Fit& with, const Fit& without) const {
+  const ErrorChange held_out = compare(predict_refitted(with), predict_refitted(without));
+  return held_out.measured() ? held_out : compare(predict_training(with), predict_training(without));
+}
+
 std::vector<StartErrors> HoldOut::predict_along(std::vector<Trace> traces, std::span<const std::size_t> from,
                                                 const Fit& f, std::span<const double> horizons) const {
   Problem other = training_;

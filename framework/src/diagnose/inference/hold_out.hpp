@@ -39,6 +39,9 @@ class HoldOut {
   measured::Rollouts predict_in_turn(const Fit& fitted) const;
   /// Errors over 1 s on the training data: those that are not held out.
   StartErrors predict_training(const Fit& fitted) const;
+  /// What one model's predictions over 1 s are worth beside another's: of the data held out or, where these are too
+  /// short for an interval, of the training data.
+  ErrorChange change(const Fit& with, const Fit& without) const;
   /// The model as the training data alone would have it.
   Fit refit(const Fit& fitted) const;
 

@@ -103,8 +103,7 @@ SelectedModel select_model(SearchResult& found, const HoldOut& hold_out) {
   if (stripped) out.tests = residual_tests(found.pool.problem(), out.fit);
   out.unknown = strongest(out.tests);
   // Whatever else may explain them, effects that make predictions better are worth having.
-  if (stripped && compare(hold_out.predict_refitted(whole), hold_out.predict_refitted(out.fit)).helps())
-    out.fit = whole;
+  if (stripped && hold_out.change(whole, out.fit).helps()) out.fit = whole;
   return out;
 }
 

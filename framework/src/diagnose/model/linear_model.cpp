@@ -114,6 +114,17 @@ void add_command_errors(const std::vector<measured::RoundingError>& rounding_err
   lm.offset = std::move(offset);
 }
 
+/// Mean square of how far each memory is off its steady value along a trace. What was commanded before a trace is not
+/// known, so its first memory may be off by as much as memories are at any time.
+std::vector<double> unsteadiness(const StagedCar& car, const Trace& trace, const std::vector<double>& memory) {
+  const auto m = static_cast<std::size_t>(car.memory());
+  const std::vector<double> steady = measured::steady_memory(car, trace);
+  std::vector<double> mean(m, 0.0);
+  for (std::size_t i = 0; i < memory.size(); ++i)
+    mean[i % m] += std::pow(memory[i] - steady[i], 2) / static_cast<double>(trace.size());
+  return mean;
+}
+
 /// Fills the offsets: one-step predictions from the reference less the reference.
 void add_offsets(const StagedCar& car, const Trace& trace, LinearModel& lm) {
   const std::size_t m = lm.memories(), body = channels + m;
@@ -156,6 +167,7 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, const Stepping& 
   lm.noise_time = stepping.noise_time;
   lm.states = channels + m + noise_states;
   lm.memory = simulate_memory(car, trace);
+  lm.memory_variance = unsteadiness(car, trace, lm.memory);
   if (!trace.log.interpolated.empty())
     for (std::size_t k = 0; k + 1 < lm.n; ++k) lm.interpolated.push_back(trace.log.interpolated_step(k));
   const double fastest = add_transitions(car, trace, along, regressors, lm);

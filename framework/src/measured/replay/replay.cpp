@@ -229,31 +229,47 @@ std::vector<double> simulate_memory(const StagedCar& car, const Trace& trace) {
 
 namespace {
 
+/// All samples of a trace as a batch of instants, which points into this and into the trace.
+struct Instants {
+  explicit Instants(const Trace& trace) : command(trace.size()), history(trace.size()) {
+    for (std::size_t k = 0; k < trace.size(); ++k) {
+      command[k] = trace.command(k);
+      history[k] = history_at_sample(trace.log, trace.at[k].t);
+    }
+    batch.n = trace.size();
+    batch.motion = trace.motion.data();
+    batch.command = command.data();
+    batch.at = trace.at.data();
+    batch.history = history.data();
+  }
+  Instants(const Instants&) = delete;
+  Instants& operator=(const Instants&) = delete;
+
+  std::vector<ActingCommand<double>> command;
+  std::vector<History<double>> history;
+  CarBatch<double> batch;
+};
+
 /// Rates of the motion and of the memory at every sample.
 void all_rates(const StagedCar& car, const Trace& trace, const std::vector<double>& memory, std::vector<double>& rate,
                std::vector<double>& memory_rate) {
-  const std::size_t n = trace.size();
-  rate.resize(n * channels);
+  rate.resize(trace.size() * channels);
   memory_rate.resize(memory.size());
-  std::vector<ActingCommand<double>> command(n);
-  std::vector<History<double>> history(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    command[k] = trace.command(k);
-    history[k] = history_at_sample(trace.log, trace.at[k].t);
-  }
-  CarBatch<double> batch;
-  batch.n = n;
-  batch.motion = trace.motion.data();
+  Instants instants(trace);
+  CarBatch<double>& batch = instants.batch;
   batch.memory = memory.data();
-  batch.command = command.data();
-  batch.at = trace.at.data();
   batch.motion_rate = rate.data();
   batch.memory_rate = memory_rate.data();
-  batch.history = history.data();
   car.rates(batch);
 }
 
 }  // namespace
+
+std::vector<double> steady_memory(const StagedCar& car, const Trace& trace) {
+  std::vector<double> steady(trace.size() * static_cast<std::size_t>(car.memory()));
+  if (!steady.empty()) car.start_memory(Instants(trace).batch, steady.data());
+  return steady;
+}
 
 std::vector<double> rates_at_samples(const StagedCar& car, const Trace& trace, const std::vector<double>& memory) {
   std::vector<double> rate, memory_rate;

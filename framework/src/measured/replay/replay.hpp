@@ -37,6 +37,8 @@ void predict_one_step(const StagedCar& car, const Trace& trace, const std::vecto
 
 /// Hidden states of a car's effects along the reference, from their steady values at the start: size() rows of memory.
 std::vector<double> simulate_memory(const StagedCar& car, const Trace& trace);
+/// Steady values of the hidden states at every sample, where they would settle under its commands: size() rows.
+std::vector<double> steady_memory(const StagedCar& car, const Trace& trace);
 
 /// Rates at every sample of the reference: size() rows of motion_size (memory rates left out).
 std::vector<double> rates_at_samples(const StagedCar& car, const Trace& trace, const std::vector<double>& memory);
