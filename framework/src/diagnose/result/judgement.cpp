@@ -48,8 +48,8 @@ std::vector<ErrorChange> Judge::rollouts(const Explanation& e, const PredictionG
   std::vector<ErrorChange> changes;
   const StartErrors with = hold_out_.predict_refitted(e.fit);
   for (std::size_t i = 0; i < e.named.size(); ++i) {
-    const Fit& without = pool_.fit_once(catalogue_.without(e.fit.model, e.fit.model.members[i]), e.fit.noise);
-    changes.push_back(compare(with, hold_out_.predict_refitted(without)));
+    const Fit& rest = pool_.fit_once(catalogue_.without(e.fit.model, e.fit.model.members[i]), e.fit.noise);
+    changes.push_back(compare(with, hold_out_.predict_refitted(rest)));
   }
   return changes;
 }
