@@ -107,7 +107,6 @@ TEST(Stepper, ManyCarsAtOnceAreEachAlone) {
   }
 }
 
-/// vx' = 3 t^2.
 /// Motion after so long [s] under a held command; `past`, oldest first, are the commands before it.
 std::vector<double> held(const TestedCar& tested, std::span<const double> motion, double seconds,
                          const CommandSample<double>& now, std::span<const CommandSample<double>> past = {}) {
@@ -138,6 +137,7 @@ TEST(Stepper, AStepIsCutWhereALateCommandJumps) {
   for (std::size_t i = 0; i < motion_size; ++i) EXPECT_NEAR(once[i], twice[i], 1e-12) << i;
 }
 
+/// vx' = 3 t^2.
 class Clock final : public AutoDiffEffect<Clock> {
  public:
   Stage stage() const noexcept override { return Stage::body; }

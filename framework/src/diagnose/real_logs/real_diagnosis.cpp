@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "diagnose/real_logs/real_sentence.hpp"
 #include "diagnose/result/named_delay.hpp"
+#include "diagnose/result/verdict.hpp"
 #include "diagnose/thresholds.hpp"
 
 namespace gripline::diagnose {
@@ -20,7 +22,7 @@ NamedEffect named_effect(const MissingEffect& one) {
   return named;
 }
 
-/// Where what is left shows.
+/// Where what is left shows: there is always something.
 ResidualTest unknown_in(const Remainder& remainder) {
   ResidualTest out;
   const std::string& of = remainder.of;
@@ -48,22 +50,23 @@ Gap real_gap(const MissingEffects& found) {
 }
 
 Diagnosis real_diagnosis(const MissingEffects& found, std::span<const ChannelDelay> delays, const Cornering& corners) {
-  Diagnosis d;
-  d.verdict = Verdict::unknown;
-  for (const ChannelDelay& one : delays) d.delays.push_back(named_delay(one));
-  for (const MissingEffect& one : found.named) d.named.push_back(named_effect(one));
+  Findings all;
+  for (const MissingEffect& one : found.named) all.named.push_back(named_effect(one));
   for (const ScoredEffect& one : found.ranking)
-    d.ranking.push_back({.effect = one.effect,
-                         .less_error = one.less_error,
-                         .held_out = one.tried ? one.error : NAN,
-                         .selected_fraction = one.tried ? one.change.certainty : 0.0,
-                         .rollout = error_change(one.change)});
+    all.ranking.push_back({.effect = one.effect,
+                           .less_error = one.less_error,
+                           .held_out = one.tried ? one.error : NAN,
+                           .selected_fraction = one.tried ? one.change.certainty : 0.0,
+                           .rollout = error_change(one.change)});
   const std::string model = "/plant/params/";
   for (const calibrate::FittedParameter& p : found.parameters)
     if (p.unknown.pointer.starts_with(model))
-      d.nominal_fit.emplace_back(p.unknown.pointer.substr(model.size()), p.value);
-  d.gap = real_gap(found);
-  d.unknown = unknown_in(found.remainder);
+      all.nominal_fit.emplace_back(p.unknown.pointer.substr(model.size()), p.value);
+  all.gap = real_gap(found);
+  all.unknown = unknown_in(found.remainder);
+  std::vector<NamedEffect> late;
+  for (const ChannelDelay& one : delays) late.push_back(named_delay(one));
+  Diagnosis d = assemble(std::move(all), std::move(late));
   d.sentence = real_sentence(d, found, corners);
   return d;
 }

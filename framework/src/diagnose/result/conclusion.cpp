@@ -54,27 +54,23 @@ std::vector<std::vector<std::string>> equivalents(std::span<const Fit* const> eq
 
 }  // namespace
 
-Diagnosis conclude(SearchResult& found, const HoldOut& hold_out) {
+Conclusion conclude(SearchResult& found, const HoldOut& hold_out) {
   SelectedModel selected = select_model(found, hold_out);
   const Rivals rivals = rivals_of(found, selected.fit);
   const Problem& problem = found.pool.problem();
-  Diagnosis d;
-  d.null_model = found.null_model;
-  d.ranking = ranking_by_evidence(found, rivals);
-  d.named = name_effects(problem, selected, rivals);
-  d.verdict = selected.unknown ? Verdict::unknown : d.named.empty() ? Verdict::nothing_missing : Verdict::named;
-  if (d.verdict == Verdict::named) {
+  std::vector<RankedEffect> ranking = ranking_by_evidence(found, rivals);
+  Explanation e;
+  e.named = name_effects(problem, selected, rivals);
+  if (!selected.unknown && !e.named.empty()) {
     const std::vector<const Fit*> equals = indistinguishable_from(selected.fit, rivals, found, hold_out);
-    d.equivalent = equivalents(equals, selected.fit, found);
-    if (equals.size() > 1) {
-      d.verdict = Verdict::indistinguishable;
-      d.manoeuvre = distinguishing_manoeuvre(std::span(d.equivalent).first(equals.size()), *problem.catalogue);
-    }
+    e.equivalent = equivalents(equals, selected.fit, found);
+    if (equals.size() > 1)
+      e.manoeuvre = distinguishing_manoeuvre(std::span(e.equivalent).first(equals.size()), *problem.catalogue);
   }
-  d.unknown = selected.unknown;
-  d.tests = std::move(selected.tests);
-  d.fit = std::move(selected.fit);
-  return d;
+  e.unknown = selected.unknown;
+  e.tests = std::move(selected.tests);
+  e.fit = std::move(selected.fit);
+  return {std::move(e), std::move(ranking)};
 }
 
 }  // namespace gripline::diagnose

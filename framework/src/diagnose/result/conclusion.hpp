@@ -1,4 +1,4 @@
-// From a search to a first verdict, by evidence: which effects are missing, how sure that is, and what else would
+// From a search to a first explanation, by evidence: which effects are missing, how sure that is, and what else would
 // explain the log as well. Predictions are asked afterwards (judgement.hpp).
 #pragma once
 
@@ -8,8 +8,12 @@
 
 namespace gripline::diagnose {
 
-/// Sets verdict, named effects without parameters, equivalent sets with the manoeuvre that would tell them apart,
-/// ranking without predictions, tests, what is unknown, and both fits. Reduced models are fitted in the search's pool.
-Diagnosis conclude(SearchResult& found, const HoldOut& hold_out);
+/// What is named has no parameters yet, and the ranking no predictions.
+struct Conclusion : Explanation {
+  std::vector<RankedEffect> ranking;
+};
+
+/// Reduced models are fitted in the search's pool.
+Conclusion conclude(SearchResult& found, const HoldOut& hold_out);
 
 }  // namespace gripline::diagnose

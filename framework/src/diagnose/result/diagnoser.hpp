@@ -7,6 +7,7 @@
 
 #include "diagnose/inference/channel_delays.hpp"
 #include "diagnose/inference/hold_out.hpp"
+#include "diagnose/inference/preparation.hpp"
 #include "diagnose/result/case_file.hpp"
 #include "diagnose/result/diagnosis.hpp"
 #include "diagnose/result/prediction_gap.hpp"
@@ -36,13 +37,11 @@ class Diagnoser {
   const HoldOut& hold_out() const { return *hold_out_; }
 
  private:
-  Diagnosis search_beside_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
-                                 std::span<const ChannelDelay> delays, const ProgressCallback& progress);
-  Diagnosis search(std::span<const LogFile> logs, std::span<const LogFile> held_out, const ProgressCallback& progress);
-  void name_delays(std::span<const LogFile> logs, std::span<const LogFile> held_out,
-                   std::span<const ChannelDelay> delays, Diagnosis& d) const;
+  Findings search(std::span<const LogFile> logs, std::span<const LogFile> held_out, bool delays_taken_off,
+                  const ProgressCallback& progress);
+  Prepared prepare_logs(std::span<const LogFile> logs) const;
+  Problem late_problem(std::span<const LogFile> logs) const;
   Channels stated_noise() const;
-  void allow_for_wrong_channel(const Channels& expected_noise, Diagnosis& d) const;
 
   const WorldSpec& world_;
   CaseOptions options_;
@@ -50,7 +49,6 @@ class Diagnoser {
   Road road_;
   Problem problem_;
   std::optional<HoldOut> hold_out_;
-  bool delays_taken_off_ = false;  // of the logs that are searched
 };
 
 }  // namespace gripline::diagnose

@@ -67,26 +67,38 @@ struct Gap {
   ErrorChange change{};                      // of the error
 };
 
-struct Diagnosis {
-  Verdict verdict = Verdict::nothing_missing;
-  std::vector<NamedEffect> delays;                   // of channels: found before everything else, taken off the logs
+/// What a log shows to be missing, as one of the stages says. The verdict follows from it (verdict.hpp).
+struct Explanation {
   std::vector<NamedEffect> named;                    // in the order of the fit's members
   std::vector<std::vector<std::string>> equivalent;  // sets of effects that explain the log as well; empty or >= 2
-  std::optional<ResidualTest> unknown;               // where something is left that no effect explains
-  std::optional<ChannelError> wrong_channel;         // the channel, where that is Where::reading
-  std::vector<std::pair<std::string, double>> nominal_fit;  // nuisance parameters
-  Gap gap;                                                  // before: the nominal model, delays of channels left in
+  std::string manoeuvre;  // that would tell equivalent sets apart; empty: none, or they are names of one thing
+  std::optional<ResidualTest> unknown;                      // where something is left that no effect explains
+  Fit fit;                                                  // the model returned
+  std::vector<std::pair<std::string, double>> nominal_fit;  // its nuisance parameters
+  std::vector<ResidualTest> tests;                          // of the model found
+};
+
+/// What the model found does to predictions of hold-out data.
+struct PredictionGaps {
+  Gap gap;        // before: the nominal model, delays of channels left in
   Gap named_gap;  // before: the nominal model with its parameters refitted, delays taken off; closed by effects alone
   std::vector<PredictionError> horizons;
+};
+
+/// What all stages say of the logs that were searched, once delays of channels are taken off them.
+struct Findings : Explanation, PredictionGaps {
+  std::optional<ChannelError> wrong_channel;  // the channel, where `unknown` is one of Where::reading
   std::vector<RankedEffect> ranking;
-  std::string manoeuvre;  // that would tell equivalent sets apart; empty: none
   std::vector<DetectionLimit> detection_limits;
   std::vector<measured::Finding> health;
-  std::vector<ResidualTest> tests;  // of the model found
-  std::string sentence;
-  Fit fit;         // the model returned
   Fit null_model;  // no effect, nuisances fitted
   Channels sensor{};
+};
+
+struct Diagnosis : Findings {
+  Verdict verdict = Verdict::nothing_missing;
+  std::vector<NamedEffect> delays;  // of channels: found before everything else, taken off the logs
+  std::string sentence;
 };
 
 }  // namespace gripline::diagnose

@@ -1,5 +1,5 @@
-// Predictions of data that were not fitted judge a first verdict: effects that make them worse go, and what predicts no
-// better than the nominal model is withdrawn.
+// Predictions of data that were not fitted judge a first explanation: effects that make them worse go, and what
+// predicts no better than the nominal model is withdrawn.
 #pragma once
 
 #include "diagnose/inference/hold_out.hpp"
@@ -12,9 +12,12 @@ struct JudgementOptions {
   bool delays_taken_off = false;  // whether the logs were put on time; such delays are not known exactly
 };
 
-/// `d`: as conclude() left it, its fit refined along references of its own and its parameters set. Measures the gap and
-/// what each named effect does to it; whatever else `d` says is changed where that contradicts it. Models without
+/// What stands, with what each named effect does to predictions, and the gap that it closes.
+struct Judgement : Explanation, PredictionGaps {};
+
+/// `concluded`: as conclude() says, with its fit refined along references of its own (with_fit()). Models without
 /// single effects are fitted in the search's pool, and tested for what they leave along its references.
-void judge_by_predictions(SearchResult& found, const HoldOut& hold_out, const JudgementOptions& options, Diagnosis& d);
+Judgement judge_by_predictions(SearchResult& found, const HoldOut& hold_out, const JudgementOptions& options,
+                               Explanation concluded);
 
 }  // namespace gripline::diagnose

@@ -10,7 +10,7 @@ namespace gripline::diagnose {
 
 using measured::Finding;
 
-void report_noise(const Problem& problem, const Noise& noise, std::vector<Finding>& health) {
+std::vector<Finding> with_noise(const Problem& problem, const Noise& noise, std::vector<Finding> health) {
   if (problem.colour != Channels{} || noise.command != UnknownCommands{}) {
     for (std::size_t c = 0; c < channels; ++c) {
       if (!problem.is_read(c)) continue;
@@ -43,24 +43,26 @@ void report_noise(const Problem& problem, const Noise& noise, std::vector<Findin
     health.push_back(
         {Finding::Level::note, "commands between samples", text, "measured with the model; taken for noise"});
   }
-  if (!has_strong_process_noise(problem, noise)) return;
+  if (!has_strong_process_noise(problem, noise)) return health;
   const auto size = [&](std::size_t i) { return std::sqrt(noise.process[i]); };
   const std::string text = format("%.3g m/s2 along, %.3g m/s2 across, %.3g rad/s2 in yaw, correlation time %.2g s",
                                   size(0), size(1), size(2), problem.noise_time);
   health.push_back({problem.noise_time == usual_noise_time ? Finding::Level::good : Finding::Level::note,
                     "unknown accelerations", text, "measured with the model"});
+  return health;
 }
 
-void report_straight_commands(const Problem& problem, std::span<const measured::LogFile> held_out,
-                              std::vector<Finding>& health) {
-  if (problem.bend == Commands{}) return;
+std::vector<Finding> straight_commands(const Problem& problem, std::span<const measured::LogFile> held_out) {
+  std::vector<Finding> rows;
+  if (problem.bend == Commands{}) return rows;
   for (const measured::LogFile& log : held_out) {
     if (log.stretches.empty() || shares_bend(log.stretches.front(), problem)) continue;
     const std::string text = format("%s has one every %.3g s, the log fitted every %.3g s", log.name.c_str(),
                                     log.stretches.front().dt, problem.traces.front().log.dt);
-    health.push_back({Finding::Level::note, "commands between samples", text,
-                      "left straight there: how they bend was measured at the other rate"});
+    rows.push_back({Finding::Level::note, "commands between samples", text,
+                    "left straight there: how they bend was measured at the other rate"});
   }
+  return rows;
 }
 
 }  // namespace gripline::diagnose

@@ -10,13 +10,13 @@
 
 namespace gripline::diagnose {
 
-/// Level and colour of every sensor whose noise was measured with the model, and size and correlation time of the
-/// unknown accelerations where there are any. Rows that `health` has of the levels of these sensors are replaced.
-void report_noise(const Problem& problem, const Noise& noise, std::vector<measured::Finding>& health);
+/// A health table with level and colour of every sensor whose noise was measured with the model, and size and
+/// correlation time of the unknown accelerations where there are any. Rows of the levels of these sensors are replaced.
+std::vector<measured::Finding> with_noise(const Problem& problem, const Noise& noise,
+                                          std::vector<measured::Finding> health);
 
-/// Logs held out whose commands stay straight between samples where those of the fitted logs are bent: how far theirs
-/// would be, at another rate, was not measured.
-void report_straight_commands(const Problem& problem, std::span<const measured::LogFile> held_out,
-                              std::vector<measured::Finding>& health);
+/// A row for each log held out whose commands stay straight between samples where those of the fitted logs are bent:
+/// how far theirs would be, at another rate, was not measured.
+std::vector<measured::Finding> straight_commands(const Problem& problem, std::span<const measured::LogFile> held_out);
 
 }  // namespace gripline::diagnose

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace gripline::diagnose {
 namespace {
@@ -10,16 +11,19 @@ constexpr std::array<double, 5> horizons = {0.1, 0.2, 0.5, 1.0, 2.0};  // [s]
 constexpr std::size_t reported = 3;                                    // the horizon of Gap
 static_assert(horizons[reported] == Gap{}.horizon);
 
-/// How much of the gap is closed, by the change of its error. A perfect model still shows the sensors' own noise: one
-/// standard deviation.
-void set_closure(Gap& gap, const ErrorChange& change) {
-  const auto closed = [&](double after) { return (gap.before - after) / (gap.before - std::min(1.0, after)); };
+/// A gap and how much of it is closed, by the change of its error. A perfect model still shows the sensors' own noise:
+/// one standard deviation.
+Gap gap_of(double before, double after, const ErrorChange& change) {
+  const auto closed = [&](double with) { return (before - with) / (before - std::min(1.0, with)); };
+  Gap gap;
+  gap.before = before;
+  gap.after = after;
   gap.change = change;
-  gap.closure = gap.closure_low = gap.closure_high = 0.0;
-  if (!change.helps()) return;
-  gap.closure = closed(gap.after);
-  gap.closure_low = closed(gap.before * (1.0 + change.high));
-  gap.closure_high = closed(gap.before * (1.0 + change.low));
+  if (!change.helps()) return gap;
+  gap.closure = closed(after);
+  gap.closure_low = closed(before * (1.0 + change.high));
+  gap.closure_high = closed(before * (1.0 + change.low));
+  return gap;
 }
 
 }  // namespace
@@ -35,37 +39,38 @@ Fit nominal_as_stated(const Catalogue& catalogue, const Fit& null_model) {
   return stated;
 }
 
-void measure_gap(const HoldOut& hold_out, const Catalogue& catalogue, Diagnosis& d) {
-  const auto before = hold_out.predict(nominal_as_stated(catalogue, d.null_model), horizons);
-  const auto after = d.fit.theta.empty() ? before : hold_out.predict(hold_out.refit(d.fit), horizons);
-  d.horizons.clear();
+PredictionGaps measure_gaps(const HoldOut& hold_out, const Catalogue& catalogue, const Fit& null_model,
+                            const Fit& found) {
+  const auto before = hold_out.predict(nominal_as_stated(catalogue, null_model), horizons);
+  const auto after = found.theta.empty() ? before : hold_out.predict(hold_out.refit(found), horizons);
+  PredictionGaps gaps;
   for (std::size_t i = 0; i < horizons.size(); ++i)
-    d.horizons.push_back({horizons[i], before[i].rms(), after[i].rms()});
-  d.gap.before = before[reported].rms();
-  d.gap.after = after[reported].rms();
-  set_closure(d.gap, compare(after[reported], before[reported]));
-  d.named_gap = d.gap;
-  if (d.null_model.theta.empty()) return;
-  const StartErrors refitted = hold_out.predict_refitted(d.null_model);
-  d.named_gap.before = refitted.rms();
-  set_closure(d.named_gap, compare(after[reported], refitted));
+    gaps.horizons.push_back({horizons[i], before[i].rms(), after[i].rms()});
+  const StartErrors &stated = before[reported], &with = after[reported];
+  gaps.gap = gap_of(stated.rms(), with.rms(), compare(with, stated));
+  gaps.named_gap = gaps.gap;
+  if (null_model.theta.empty()) return gaps;
+  const StartErrors refitted = hold_out.predict_refitted(null_model);
+  gaps.named_gap = gap_of(refitted.rms(), with.rms(), compare(with, refitted));
+  return gaps;
 }
 
-void leave_gap_open(Diagnosis& d) {
-  for (PredictionError& row : d.horizons) row.after = row.before;
-  d.gap.after = d.gap.before;
-  set_closure(d.gap, {});
-  d.named_gap = d.gap;
+PredictionGaps left_open(const PredictionGaps& measured) {
+  PredictionGaps open;
+  for (const PredictionError& row : measured.horizons) open.horizons.push_back({row.seconds, row.before, row.before});
+  open.gap = open.named_gap = gap_of(measured.gap.before, measured.gap.before, {});
+  return open;
 }
 
-ErrorChange begin_with_delays(const HoldOut& as_they_came, const HoldOut& on_time, const Catalogue& catalogue,
-                              Diagnosis& d) {
-  const Fit nominal = nominal_as_stated(catalogue, d.null_model);
+GapsFromDelays gaps_from_delays(const HoldOut& as_they_came, const HoldOut& on_time, const Catalogue& catalogue,
+                                const Findings& found) {
+  const Fit nominal = nominal_as_stated(catalogue, found.null_model);
   const auto errors = as_they_came.predict(nominal, horizons);
-  for (std::size_t i = 0; i < horizons.size(); ++i) d.horizons[i].before = errors[i].rms();
-  d.gap.before = errors[reported].rms();
-  set_closure(d.gap, compare(on_time.predict_refitted(d.fit), errors[reported]));
-  return compare(on_time.predict_refitted(nominal), errors[reported]);
+  const StartErrors& late = errors[reported];
+  PredictionGaps gaps = found;
+  for (std::size_t i = 0; i < horizons.size(); ++i) gaps.horizons[i].before = errors[i].rms();
+  gaps.gap = gap_of(late.rms(), found.gap.after, compare(on_time.predict_refitted(found.fit), late));
+  return {std::move(gaps), compare(on_time.predict_refitted(nominal), late)};
 }
 
 }  // namespace gripline::diagnose

@@ -11,16 +11,22 @@ namespace gripline::diagnose {
 /// is left of delays that were taken off, which is no part of the car.
 Fit nominal_as_stated(const Catalogue& catalogue, const Fit& null_model);
 
-/// Sets horizons, gap and named_gap: errors of the nominal model as stated, with its parameters refitted, and of d.fit,
-/// which is taken for the nominal model as stated where nothing of it is fitted.
-void measure_gap(const HoldOut& hold_out, const Catalogue& catalogue, Diagnosis& d);
+/// Errors of the nominal model as stated, with its parameters refitted (`null_model`), and of what was found, which is
+/// taken for the nominal model as stated where nothing of it is fitted.
+PredictionGaps measure_gaps(const HoldOut& hold_out, const Catalogue& catalogue, const Fit& null_model,
+                            const Fit& found);
 
-/// d.fit is the nominal model as stated: what was measured before stays, and nothing is closed.
-void leave_gap_open(Diagnosis& d);
+/// The nominal model as stated is returned: what was measured before stays, and nothing is closed.
+PredictionGaps left_open(const PredictionGaps& measured);
 
-/// Lets horizons and gap begin with the logs as they came, late channels in them; what they end with, of logs on time,
-/// has been measured. Returns what taking the delays off does to the error, by itself.
-ErrorChange begin_with_delays(const HoldOut& as_they_came, const HoldOut& on_time, const Catalogue& catalogue,
-                              Diagnosis& d);
+/// What predictions say where delays were taken off.
+struct GapsFromDelays {
+  PredictionGaps gaps;    // horizons and gap begin with the logs as they came, late channels in them
+  ErrorChange by_delays;  // what taking the delays off does to the error, by itself
+};
+
+/// `found`: on the logs on time; what its gaps end with stays.
+GapsFromDelays gaps_from_delays(const HoldOut& as_they_came, const HoldOut& on_time, const Catalogue& catalogue,
+                                const Findings& found);
 
 }  // namespace gripline::diagnose

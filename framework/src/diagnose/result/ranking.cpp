@@ -20,7 +20,8 @@ std::vector<RankedEffect> ranking_by_evidence(SearchResult& found, const Rivals&
   return ranking;
 }
 
-void add_predictions(const SearchResult& found, const HoldOut& hold_out, std::vector<RankedEffect>& ranking) {
+std::vector<RankedEffect> with_predictions(const SearchResult& found, const HoldOut& hold_out,
+                                           std::vector<RankedEffect> ranking) {
   const Catalogue& catalogue = *found.pool.problem().catalogue;
   const StartErrors without = hold_out.predict_refitted(found.null_model);
   for (RankedEffect& row : ranking) {
@@ -32,6 +33,7 @@ void add_predictions(const SearchResult& found, const HoldOut& hold_out, std::ve
   }
   std::stable_partition(ranking.begin(), ranking.end(),
                         [](const RankedEffect& row) { return !(row.rollout.change > 0.0); });
+  return ranking;
 }
 
 }  // namespace gripline::diagnose

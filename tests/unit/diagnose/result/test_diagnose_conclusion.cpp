@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "diagnose/result/verdict.hpp"
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
@@ -25,7 +26,11 @@ struct Case {
   Ids synonyms{};  // of the first of them
 };
 
-Diagnosis concluded(const DiagnoseRig& rig, const Case& c) {
+struct Concluded : Conclusion {
+  Fit null_model;
+};
+
+Concluded concluded(const DiagnoseRig& rig, const Case& c) {
   const Catalogue& catalogue = rig.catalogue();
   const auto model = [&](const Ids& effects) {
     ModelSpec all = catalogue.null_model();
@@ -42,13 +47,13 @@ Diagnosis concluded(const DiagnoseRig& rig, const Case& c) {
       .pool = std::move(pool), .null_model = null_model, .best = best, .exhausted = c.exhausted, .synonyms = {}};
   for (const std::string& id : c.synonyms) found.synonyms[catalogue.find(c.best.front())].push_back(catalogue.find(id));
   const HoldOut hold_out(problem, rig.road(), {});
-  return conclude(found, hold_out);
+  return {conclude(found, hold_out), null_model};
 }
 
 TEST(Conclusion, NothingIsMissingWhereNoEffectWasFoundAndNothingIsLeft) {
   const DiagnoseRig rig;
-  const Diagnosis d = concluded(rig, {.truth = rig.catalogue().null_model(), .best = {}});
-  EXPECT_EQ(d.verdict, Verdict::nothing_missing);
+  const Concluded d = concluded(rig, {.truth = rig.catalogue().null_model(), .best = {}});
+  EXPECT_EQ(verdict_of(d, {}), Verdict::nothing_missing);
   EXPECT_THAT(d.named, IsEmpty());
   EXPECT_FALSE(d.unknown.has_value());
   EXPECT_THAT(d.equivalent, IsEmpty());
@@ -56,8 +61,8 @@ TEST(Conclusion, NothingIsMissingWhereNoEffectWasFoundAndNothingIsLeft) {
 
 TEST(Conclusion, NamesWhatLeadsByFar) {
   const DiagnoseRig rig;
-  const Diagnosis d = concluded(rig, {.truth = rig.with("drive_gain", {0.15})});
-  EXPECT_EQ(d.verdict, Verdict::named);
+  const Concluded d = concluded(rig, {.truth = rig.with("drive_gain", {0.15})});
+  EXPECT_EQ(verdict_of(d, {}), Verdict::named);
   ASSERT_THAT(d.named, SizeIs(1));
   EXPECT_EQ(d.named.front().effect, "drive_gain");
   EXPECT_FALSE(d.named.front().measurement);
@@ -76,7 +81,7 @@ TEST(Conclusion, NamesWhatLeadsByFar) {
 /// An error of the readings is said to be one.
 TEST(Conclusion, TellsEffectsOfReadingsFromThoseOfTheCar) {
   const DiagnoseRig rig;
-  const Diagnosis d =
+  const Concluded d =
       concluded(rig, {.truth = rig.with("yawrate_bias", {0.3}), .alone = {"yawrate_bias"}, .best = {"yawrate_bias"}});
   ASSERT_THAT(d.named, SizeIs(1));
   EXPECT_TRUE(d.named.front().measurement);
@@ -85,12 +90,12 @@ TEST(Conclusion, TellsEffectsOfReadingsFromThoseOfTheCar) {
 /// Beside something that nothing explains a name is at best as likely as not, and nobody asks what else it could be.
 TEST(Conclusion, IsUnknownWhereMoreIsLeftThanAnyEffectExplains) {
   const DiagnoseRig rig;
-  const Diagnosis exhausted =
+  const Concluded exhausted =
       concluded(rig, {.truth = rig.with("drive_gain", {0.15}), .exhausted = true, .synonyms = {"back_emf"}});
-  const Diagnosis left = concluded(
+  const Concluded left = concluded(
       rig, {.truth = rig.with(rig.with("drive_gain", {0.15}), "steer_gain", {0.1}), .synonyms = {"back_emf"}});
-  for (const Diagnosis* d : {&exhausted, &left}) {
-    EXPECT_EQ(d->verdict, Verdict::unknown);
+  for (const Concluded* d : {&exhausted, &left}) {
+    EXPECT_EQ(verdict_of(*d, {}), Verdict::unknown);
     EXPECT_TRUE(d->unknown.has_value());
     ASSERT_THAT(d->named, SizeIs(1));
     EXPECT_EQ(d->named.front().effect, "drive_gain");
@@ -103,9 +108,9 @@ TEST(Conclusion, IsUnknownWhereMoreIsLeftThanAnyEffectExplains) {
 /// Two that explain a noisy log nearly as well are both listed, the selected one first.
 TEST(Conclusion, ListsWhatCannotBeToldApart) {
   const DiagnoseRig rig;
-  const Diagnosis d = concluded(
+  const Concluded d = concluded(
       rig, {.truth = rig.with("drive_gain", {0.03}), .drive = {.seconds = 20, .seed = 303, .rough = {1, 1, 1}}});
-  EXPECT_EQ(d.verdict, Verdict::indistinguishable);
+  EXPECT_EQ(verdict_of(d, {}), Verdict::indistinguishable);
   ASSERT_THAT(d.named, SizeIs(1));
   EXPECT_EQ(d.named.front().effect, "drive_gain");
   ASSERT_THAT(d.ranking, SizeIs(testing::Gt(1)));
@@ -119,8 +124,8 @@ TEST(Conclusion, ListsWhatCannotBeToldApart) {
 /// Two names for one and the same thing are no two explanations.
 TEST(Conclusion, ListsSynonymsBesideAName) {
   const DiagnoseRig rig;
-  const Diagnosis d = concluded(rig, {.truth = rig.with("drive_gain", {0.15}), .synonyms = {"motor_lag"}});
-  EXPECT_EQ(d.verdict, Verdict::named);
+  const Concluded d = concluded(rig, {.truth = rig.with("drive_gain", {0.15}), .synonyms = {"motor_lag"}});
+  EXPECT_EQ(verdict_of(d, {}), Verdict::named);
   EXPECT_THAT(d.equivalent, ElementsAre(Ids{"drive_gain"}, Ids{"motor_lag"}));
   EXPECT_THAT(d.manoeuvre, IsEmpty());
 }

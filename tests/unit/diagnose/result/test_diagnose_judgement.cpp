@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "diagnose/result/verdict.hpp"
 #include "support/diagnose_rig.hpp"
 
 namespace gripline::diagnose {
@@ -19,7 +20,7 @@ Log with_offset(Log log, double offset) {
   return log;
 }
 
-/// A first verdict by one log, to be judged by predictions of another.
+/// A first explanation by one log, to be judged by predictions of another.
 struct Case {
   std::vector<std::string> named;          // in the order of the model's members
   ModelSpec truth;                         // of both logs
@@ -30,37 +31,35 @@ struct Case {
 
 /// What is said of effects that were named with a confidence of 0.9 beside others that could not be told apart, once
 /// the other log has been predicted with them.
-Diagnosis judged(const DiagnoseRig& rig, const Case& c) {
+Judgement judged(const DiagnoseRig& rig, const Case& c) {
   const Catalogue& catalogue = rig.catalogue();
   const Problem problem = rig.problem({with_offset(rig.simulate(c.truth, {.seconds = 12, .seed = 95}), c.offset)});
   const Noise noise = rig.noise(problem, 0.1);
   ModelPool pool(problem);
-  Diagnosis d;
-  d.null_model = pool.fit_once(catalogue.null_model(), noise);
+  const Fit null_model = pool.fit_once(catalogue.null_model(), noise);
+  Explanation e;
   ModelSpec model = catalogue.null_model();
   for (const std::string& effect : c.named) {
     model = catalogue.with(model, catalogue.find(effect));
-    d.named.emplace_back().effect = effect;
-    d.named.back().confidence = 0.9;
+    e.named.emplace_back().effect = effect;
+    e.named.back().confidence = 0.9;
   }
-  d.fit = pool.fit_once(model, noise);
-  d.verdict = Verdict::indistinguishable;
-  d.equivalent = {c.named, {"load_transfer"}};
-  d.manoeuvre = "drive straight on";
-  SearchResult found{.pool = std::move(pool), .null_model = d.null_model, .best = d.fit};
+  e.fit = pool.fit_once(model, noise);
+  e.equivalent = {c.named, {"load_transfer"}};
+  e.manoeuvre = "drive straight on";
+  SearchResult found{.pool = std::move(pool), .null_model = null_model, .best = e.fit};
   LogFile other;
   other.stretches.push_back(
       with_offset(rig.simulate(c.truth, {.seconds = c.seconds_of_other, .seed = 96}), c.offset_of_other));
   const HoldOut hold_out(problem, rig.road(), {&other, 1});
-  judge_by_predictions(found, hold_out, {.delays_taken_off = c.delays_taken_off}, d);
-  return d;
+  return judge_by_predictions(found, hold_out, {.delays_taken_off = c.delays_taken_off}, e);
 }
 
 TEST(Judgement, KeepsWhatPredictsOtherLogs) {
   const DiagnoseRig rig;
-  const Diagnosis d = judged(
+  const Judgement d = judged(
       rig, {.named = {"yawrate_bias"}, .truth = rig.catalogue().null_model(), .offset = 0.3, .offset_of_other = 0.3});
-  EXPECT_EQ(d.verdict, Verdict::indistinguishable);
+  EXPECT_EQ(verdict_of(d, {}), Verdict::indistinguishable);
   ASSERT_THAT(d.named, SizeIs(1));
   EXPECT_EQ(d.named.front().confidence, 0.9);
   EXPECT_TRUE(d.named.front().rollout.helps());
@@ -73,9 +72,9 @@ TEST(Judgement, KeepsWhatPredictsOtherLogs) {
 /// Whatever its evidence in the log that it was found in. What it was named beside is judged anew, without it.
 TEST(Judgement, DropsWhatMakesPredictionsWorseAndKeepsWhatHelps) {
   const DiagnoseRig rig;
-  const Diagnosis d =
+  const Judgement d =
       judged(rig, {.named = {"drive_gain", "yawrate_bias"}, .truth = rig.with("drive_gain", {0.15}), .offset = 0.3});
-  EXPECT_EQ(d.verdict, Verdict::unknown);
+  EXPECT_EQ(verdict_of(d, {}), Verdict::unknown);
   EXPECT_TRUE(d.unknown.has_value());
   EXPECT_THAT(d.equivalent, IsEmpty());
   EXPECT_THAT(d.manoeuvre, IsEmpty());
@@ -94,10 +93,10 @@ TEST(Judgement, DropsWhatMakesPredictionsWorseAndKeepsWhatHelps) {
 TEST(Judgement, WithdrawsWhatChangesNoPrediction) {
   const DiagnoseRig rig;
   for (const double offset : {0.0, 0.3}) {
-    const Diagnosis d = judged(
+    const Judgement d = judged(
         rig,
         {.named = {"drive_gain"}, .truth = rig.catalogue().null_model(), .offset = offset, .offset_of_other = offset});
-    EXPECT_EQ(d.verdict, offset > 0.0 ? Verdict::unknown : Verdict::nothing_missing);
+    EXPECT_EQ(verdict_of(d, {}), offset > 0.0 ? Verdict::unknown : Verdict::nothing_missing);
     EXPECT_EQ(d.unknown.has_value(), offset > 0.0);
     EXPECT_THAT(d.named, IsEmpty());
     EXPECT_THAT(d.equivalent, IsEmpty());
@@ -113,13 +112,13 @@ TEST(Judgement, WithdrawsWhatChangesNoPrediction) {
 TEST(Judgement, IsStricterWhereDelaysWereTakenOff) {
   const DiagnoseRig rig;
   for (const bool delays_taken_off : {false, true}) {
-    const Diagnosis d = judged(rig, {.named = {"yawrate_bias"},
+    const Judgement d = judged(rig, {.named = {"yawrate_bias"},
                                      .truth = rig.catalogue().null_model(),
                                      .offset = 0.3,
                                      .offset_of_other = 0.3,
                                      .seconds_of_other = 4,
                                      .delays_taken_off = delays_taken_off});
-    EXPECT_EQ(d.verdict, delays_taken_off ? Verdict::unknown : Verdict::indistinguishable);
+    EXPECT_EQ(verdict_of(d, {}), delays_taken_off ? Verdict::unknown : Verdict::indistinguishable);
     EXPECT_THAT(d.named, SizeIs(delays_taken_off ? 0 : 1));
   }
 }

@@ -22,11 +22,9 @@ TEST(NoiseHealth, TellsOfLogsHeldOutWhoseCommandsAreNotBent) {
   held_out[0].stretches.front().dt *= 1.0 + 1e-4;
   held_out[1].name = "slower.csv";
   held_out[1].stretches = {DiagnoseRig::thinned(log)};
-  std::vector<measured::Finding> health;
-  report_straight_commands(problem, held_out, health);
-  EXPECT_TRUE(health.empty()) << "no command is bent";
+  EXPECT_TRUE(straight_commands(problem, held_out).empty()) << "no command is bent";
   problem.bend = {0.0, -0.125};
-  report_straight_commands(problem, held_out, health);
+  const std::vector<measured::Finding> health = straight_commands(problem, held_out);
   ASSERT_EQ(health.size(), 1U);
   EXPECT_EQ(health.front().level, measured::Finding::Level::note);
   EXPECT_THAT(health.front().found, HasSubstr("slower.csv has one every 0.04 s, the log fitted every 0.02 s"));

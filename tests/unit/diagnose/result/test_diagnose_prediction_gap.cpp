@@ -34,26 +34,32 @@ TEST(PredictionGap, IsWhatTheNominalModelMissesAndTheFoundOneCloses) {
   LogFile other;
   other.stretches.push_back(rig.simulate(truth, {20, 94, 1}));
   const HoldOut hold_out(problem, rig.road(), {&other, 1});
-  Diagnosis d;
-  d.null_model.model = rig.catalogue().null_model();
-  d.null_model.noise = rig.noise(problem, 0.1);
-  d.fit = fit(problem, truth, rig.noise(problem, 0.1), 1);
-  measure_gap(hold_out, rig.catalogue(), d);
-  ASSERT_EQ(d.horizons.size(), 5U);
-  EXPECT_EQ(d.horizons[3].seconds, d.gap.horizon);
-  EXPECT_EQ(d.horizons[3].before, d.gap.before);
-  EXPECT_EQ(d.horizons[3].after, d.gap.after);
-  EXPECT_GT(d.gap.before, 1.5 * d.gap.after);
-  EXPECT_TRUE(d.gap.change.helps());
-  EXPECT_GT(d.gap.closure, 0.7);
-  EXPECT_LE(d.gap.closure_low, d.gap.closure);
-  EXPECT_GE(d.gap.closure_high, d.gap.closure);
-  EXPECT_EQ(d.named_gap.before, d.gap.before) << "no parameter is refitted";
-  leave_gap_open(d);
-  for (const PredictionError& row : d.horizons) EXPECT_EQ(row.after, row.before);
-  EXPECT_EQ(d.gap.after, d.gap.before);
-  EXPECT_EQ(d.gap.closure, 0.0);
-  EXPECT_EQ(d.named_gap.closure, 0.0);
+  Fit null_model;
+  null_model.model = rig.catalogue().null_model();
+  null_model.noise = rig.noise(problem, 0.1);
+  const Fit found = fit(problem, truth, rig.noise(problem, 0.1), 1);
+  const PredictionGaps gaps = measure_gaps(hold_out, rig.catalogue(), null_model, found);
+  ASSERT_EQ(gaps.horizons.size(), 5U);
+  EXPECT_EQ(gaps.horizons[3].seconds, gaps.gap.horizon);
+  EXPECT_EQ(gaps.horizons[3].before, gaps.gap.before);
+  EXPECT_EQ(gaps.horizons[3].after, gaps.gap.after);
+  EXPECT_GT(gaps.gap.before, 1.5 * gaps.gap.after);
+  EXPECT_TRUE(gaps.gap.change.helps());
+  EXPECT_GT(gaps.gap.closure, 0.7);
+  EXPECT_LE(gaps.gap.closure_low, gaps.gap.closure);
+  EXPECT_GE(gaps.gap.closure_high, gaps.gap.closure);
+  EXPECT_EQ(gaps.named_gap.before, gaps.gap.before) << "no parameter is refitted";
+  const PredictionGaps open = left_open(gaps);
+  ASSERT_EQ(open.horizons.size(), gaps.horizons.size());
+  for (std::size_t i = 0; i < open.horizons.size(); ++i) {
+    EXPECT_EQ(open.horizons[i].seconds, gaps.horizons[i].seconds);
+    EXPECT_EQ(open.horizons[i].before, gaps.horizons[i].before);
+    EXPECT_EQ(open.horizons[i].after, gaps.horizons[i].before);
+  }
+  EXPECT_EQ(open.gap.before, gaps.gap.before);
+  EXPECT_EQ(open.gap.after, gaps.gap.before);
+  EXPECT_EQ(open.gap.closure, 0.0);
+  EXPECT_EQ(open.named_gap.closure, 0.0);
 }
 
 /// Of a car whose parameters are stated wrongly an effect is credited with what it closes beside refitted ones only.
@@ -67,21 +73,20 @@ TEST(PredictionGap, OfANameBeginsWithTheParametersRefitted) {
   other.stretches.push_back(rig.simulate(truth, {.seconds = 20, .seed = 94}));
   const HoldOut hold_out(problem, rig.road(), {&other, 1});
   const Noise noise = rig.noise(problem, 0.1);
-  Diagnosis d;
-  d.null_model = fit(problem, rig.catalogue().null_model(), noise, 3);
-  d.fit = fit(problem, truth, noise, 3);
-  measure_gap(hold_out, rig.catalogue(), d);
-  const StartErrors stated = hold_out.predict_refitted(nominal_as_stated(rig.catalogue(), d.null_model)),
-                    refitted = hold_out.predict_refitted(d.null_model), found = hold_out.predict_refitted(d.fit);
-  EXPECT_EQ(d.gap.before, stated.rms());
-  EXPECT_EQ(d.named_gap.before, refitted.rms());
-  EXPECT_LT(d.named_gap.before, 0.9 * d.gap.before);
-  EXPECT_EQ(d.gap.after, found.rms());
-  EXPECT_EQ(d.named_gap.after, found.rms());
-  EXPECT_EQ(d.gap.change.change, compare(found, stated).change);
-  EXPECT_EQ(d.named_gap.change.change, compare(found, refitted).change);
+  const Fit null_model = fit(problem, rig.catalogue().null_model(), noise, 3);
+  const Fit with_effect = fit(problem, truth, noise, 3);
+  const PredictionGaps gaps = measure_gaps(hold_out, rig.catalogue(), null_model, with_effect);
+  const StartErrors stated = hold_out.predict_refitted(nominal_as_stated(rig.catalogue(), null_model)),
+                    refitted = hold_out.predict_refitted(null_model), found = hold_out.predict_refitted(with_effect);
+  EXPECT_EQ(gaps.gap.before, stated.rms());
+  EXPECT_EQ(gaps.named_gap.before, refitted.rms());
+  EXPECT_LT(gaps.named_gap.before, 0.9 * gaps.gap.before);
+  EXPECT_EQ(gaps.gap.after, found.rms());
+  EXPECT_EQ(gaps.named_gap.after, found.rms());
+  EXPECT_EQ(gaps.gap.change.change, compare(found, stated).change);
+  EXPECT_EQ(gaps.named_gap.change.change, compare(found, refitted).change);
   const double least = std::min(1.0, found.rms());  // what a perfect model leaves
-  EXPECT_DOUBLE_EQ(d.named_gap.closure, (refitted.rms() - found.rms()) / (refitted.rms() - least));
+  EXPECT_DOUBLE_EQ(gaps.named_gap.closure, (refitted.rms() - found.rms()) / (refitted.rms() - least));
 }
 
 }  // namespace test_diagnose_prediction_gap

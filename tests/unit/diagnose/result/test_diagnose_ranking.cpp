@@ -24,10 +24,8 @@ TEST(Ranking, PredictionsAreOfDataThatWereNotFitted) {
   EXPECT_GT(offset.theta.front(), 0.03) << "an offset as the whole log has it";
   const SearchResult found{.pool = std::move(pool), .null_model = null_model, .best = offset};
   const HoldOut hold_out(problem, rig.road(), {});
-  std::vector<RankedEffect> ranking(2);
-  ranking[0].effect = "yawrate_bias";
-  ranking[1].effect = "aero_drag";
-  add_predictions(found, hold_out, ranking);
+  const std::vector<RankedEffect> ranking =
+      with_predictions(found, hold_out, {{.effect = "yawrate_bias"}, {.effect = "aero_drag"}});
   const auto row = [&](const char* effect) { return *std::ranges::find(ranking, effect, &RankedEffect::effect); };
   constexpr std::array<double, 1> second = {1.0};
   const StartErrors refitted = hold_out.predict_refitted(offset);
