@@ -25,7 +25,8 @@ struct StepBound {
 };
 
 /// A row of x: State, the effects' memory, then the last commands (d, delta; oldest first) when an effect reads past
-/// commands or the hold needs them. The memory and past commands of the instant observed last are kept and moved on by advance().
+/// commands or the hold needs them. The memory and past commands of the instant observed last are kept and moved on by
+/// advance().
 class CorrectedModel final : public Prediction {
  public:
   CorrectedModel(StagedCar car, StepOptions options);

@@ -34,8 +34,8 @@ class FrictionFall {
   };
 
   /// From `before`, the last sure belief of a friction of about `level`, to `here`, which is evidence of less. `dt`
-  /// seconds between steps; a learner takes up to `doubt` seconds to find a new friction.
-  FrictionFall(const SeenFriction& before, double level, const SeenFriction& here, double dt, double doubt);
+  /// seconds between steps; the estimator takes up to `detection_time` [s] to detect a new friction.
+  FrictionFall(const SeenFriction& before, double level, const SeenFriction& here, double dt, double detection_time);
 
   /// The belief of the next step.
   Now see(const SeenFriction& here);
@@ -63,10 +63,10 @@ class FrictionFall {
   double seconds(long steps) const { return dt_ * static_cast<double>(steps); }
 
   SeenFriction before_;
-  double level_, dt_, doubt_;  // friction, [s], [s]
-  long last_evidence_;         // step
-  long evidence_ = 1;          // steps
-  double lowest_;              // friction believed since
+  double level_, dt_, detection_time_;  // friction, [s], [s]
+  long last_evidence_;                  // step
+  long evidence_ = 1;                   // steps
+  double lowest_;                       // friction believed since
   bool sure_;
   bool ended_ = false;  // long without evidence
   double risen_ = 0;    // [s] for which it has been back

@@ -98,8 +98,8 @@ class Catalogue {
   bool pose_is_late() const {
     return std::ranges::any_of(nuisances_, [](const Nuisance& n) { return n.delay.has_value(); });
   }
-  /// Whether states of the world's own effects depend on the nominal model from its first stage on: one has
-  /// memory and acts at a later one.
+  /// Whether states of the world's own effects depend on the nominal model from its first stage on: one has memory
+  /// and acts at a later one.
   bool own_states_depend_on_model() const;
   /// Whether states of the own effects depend on a candidate: one has memory and acts after it.
   bool own_states_depend_on(std::size_t candidate) const;
