@@ -164,7 +164,7 @@ std::list<measured::SessionFile> read_fit_logs(std::span<const std::string> name
     files.push_back(measured::read_session(name, map));
     measured::check_session(files.back(), v_ref);
     warn_of_findings(name, files.back());
-    warn_of_doubts(name, files.back());
+    warn_of_inconsistencies(name, files.back());
   }
   return files;
 }

@@ -339,8 +339,8 @@ int predict(const po::variables_map& given) {
   warn_of_findings(request.log, file);
   try {
     measured::check_session(file, world.spec.car.car.v_ref);
-  } catch (const InputError& doubt) {
-    std::cerr << "warning: " << doubt.what() << '\n';
+  } catch (const InputError& e) {
+    std::cerr << "warning: " << e.what() << '\n';
   }
   const calibrate::Forecaster forecaster(vehicle.car(), options_for(world));
   Parameters params = parameters_for(world, map, forecaster);
