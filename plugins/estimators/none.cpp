@@ -1,4 +1,4 @@
-// No learning: the correction is zero and the belief stays what the stack was told at the start.
+// No learning: the correction is zero and the belief stays the stack's mu_init.
 #include <gripline/plugin.hpp>
 
 namespace {

@@ -30,7 +30,7 @@ constexpr unsigned every_kind = (1u << abi::kind_count) - 1;
 
 using Tell = SendMessage;
 
-/// Asks a process of its own that has opened the library; what it told. Throws Broken when it broke a contract or did
+/// Asks a process of its own that has opened the library; what it answered. Throws Broken when it broke a contract or did
 /// not come back.
 std::vector<std::string> ask(const Workshop& workshop, const std::function<void(const Registry&, const Tell&)>& work) {
   const ChildResult result = run_in_child(patience_s, [&](const Tell& tell) {
@@ -114,11 +114,11 @@ std::string check_manifest(const Workshop& workshop, const Subject& subject) {
     if (*decl.version == '\0') throw Broken("it has no version");
     if (*decl.summary == '\0') throw Broken("it has no sentence that says what it is");
     if (std::strchr(decl.summary, '\n') != nullptr) throw Broken("its summary has more than one line");
-    const bool may_be_told =
+    const bool may_have_truth =
         (bit(decl.kind) & (bit(abi::Kind::estimator) | bit(abi::Kind::planner) | bit(abi::Kind::controller))) != 0;
-    if (entry.needs_truth() && !may_be_told)
+    if (entry.needs_truth() && !may_have_truth)
       throw Broken("needs_truth() is for estimators, planners and controllers; no " +
-                   std::string(kind_name(decl.kind)) + " is told the truth");
+                   std::string(kind_name(decl.kind)) + " is given the ground truth");
     std::set<std::string> names;
     for (const abi::ParamDecl& p : entry.params()) check_param(p, names);
   });
@@ -127,7 +127,7 @@ std::string check_manifest(const Workshop& workshop, const Subject& subject) {
 
 /// Every number at both ends of its range: made, or refused in words.
 std::string check_parameters(const Workshop& workshop, const Subject& subject) {
-  const std::vector<std::string> told =
+  const std::vector<std::string> answers =
       ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell& tell) {
         constexpr double enough_s = 2;
 #if !defined(__SANITIZE_ADDRESS__)                 // which reserves terabytes
@@ -159,7 +159,7 @@ std::string check_parameters(const Workshop& workshop, const Subject& subject) {
         }
         tell(asked == all ? "" : std::to_string(asked) + " of " + std::to_string(all) + " ends in the time there is");
       });
-  return told.back();
+  return answers.back();
 }
 
 /// 400 samples of the drive, or those that take a second and a half of CPU: a correction worth checking.
@@ -320,7 +320,7 @@ std::string check_truth(const Workshop& workshop, const Subject& subject) {
   };
   if (subject.needs_truth) {
     run(false);
-    return "is told the truth: its rows are marked *";
+    return "is given the ground truth: its rows are marked *";
   }
   try {
     run(false);

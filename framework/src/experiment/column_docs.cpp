@@ -15,7 +15,8 @@ constexpr ColumnDoc identity[] = {
     {"runs.csv table.csv pairs.csv", "stack", "", "", "row of the experiment"},
     {"runs.csv", "seed", "", "", "of the run"},
     {"runs.csv", "status", "", "", "how the run ended: finished, crashed, stuck, timeout, plugin_error, error"},
-    {"runs.csv table.csv", "needs_truth", "1", "", "1: was told the truth, and is marked * wherever it is shown"},
+    {"runs.csv table.csv", "needs_truth", "1", "",
+     "1: is given the ground truth, and is marked * wherever it is shown"},
 };
 
 // Behind the columns that are measured (race_columns.hpp).

@@ -3,7 +3,7 @@
 //   F_axle(slip) = axle load * sum_j theta_j h_j(slip),   h: generic tyres at random (generic_tyres.hpp), in the few
 //                  coordinates in which they differ (reduced_layer.hpp)
 //
-// The unknowns (both axles' theta, Cr0, Cd, by how much drive and brakes exceed what the stack was told of them and the
+// The unknowns (both axles' theta, Cr0, Cd, by how much drive and brakes exceed the stack's values of them and the
 // arm at which drive turns the car: unknowns.hpp) enter the equations of step_path.hpp linearly; each step is three
 // rates with the noise of differenced readings (difference_rls.hpp). Odd, saturating nodes and their prior (prior.hpp)
 // carry what was measured at the visited slips on to the peak, so that mu = peak / load is not biased by the slips
@@ -17,7 +17,7 @@
 // After a sudden change (sudden_change.hpp) uncertainty is added along the curves, what was taken for noise of the last
 // reading is doubted, and the next samples set the new scale.
 //
-// Neither the readings' noise nor how well the equations hold is told; both are matched to the innovations, from a
+// Neither the readings' noise nor the model error of the equations is given; both are matched to the innovations, from a
 // start and between bounds (noise_matching.hpp). Slips are taken on the path predicted from the readings freed of their
 // estimated noise. A slow car's tyres take back a lateral speed within a step or two (m v / (2 C), 20 ms for the
 // full-size car at 5 m/s), and with it the noise that was estimated of a reading: slow samples can be left out
@@ -363,9 +363,10 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
 /// The same learned tyres, but the friction that plans are made for is the true one: the upper bound for a world whose
 /// car is a black box.
-class ToldElmRls final : public ElmRls {
+class PrivilegedElmRls final : public ElmRls {
  public:
-  ToldElmRls(const PluginContext& context, const Params& params) : ElmRls(context, params), truth_(context.truth) {
+  PrivilegedElmRls(const PluginContext& context, const Params& params)
+      : ElmRls(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("elm_rls_told needs the truth of a world; there is none here");
   }
   Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear)}; }
@@ -378,4 +379,4 @@ class ToldElmRls final : public ElmRls {
 
 GRIPLINE_PLUGINS(
     gripline::describe<ElmRls>("elm_rls", "1.0", "generic tyres per axle by recursive least squares"),
-    gripline::describe<ToldElmRls>("elm_rls_told", "1.0", "as elm_rls, told the true friction").needs_truth())
+    gripline::describe<PrivilegedElmRls>("elm_rls_told", "1.0", "as elm_rls, given the true friction").needs_truth())

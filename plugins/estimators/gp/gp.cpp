@@ -11,7 +11,7 @@
 // and 410, allocates and takes as long as the fit does: a simulated race waits for it, a car could not. Derivatives are
 // analytic.
 //
-// `gp` is told the true friction, as in the published comparison. `gp_own_mu` knows no more than the others: it inverts
+// `gp` is given the true friction, as in the published comparison. `gp_own_mu` knows no more than the others: it inverts
 // the lateral and yaw equations of step_path.hpp at its samples for the axle forces under the learned means, and takes
 // mu from the visited slip angle with the largest mean force.
 //
@@ -211,10 +211,10 @@ class Gp : public Estimator {
   std::array<double, channels> target_mean_ = {}, target_scale_ = {1, 1, 1};
 };
 
-class ToldGp final : public Gp {
+class PrivilegedGp final : public Gp {
  public:
   using Params = GpParams;
-  ToldGp(const PluginContext& context, const Params& params) : Gp(context, params), truth_(context.truth) {
+  PrivilegedGp(const PluginContext& context, const Params& params) : Gp(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("gp needs the truth of a world; there is none here");
   }
   Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear)}; }
@@ -266,6 +266,8 @@ class OwnMuGp final : public Gp {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(
-    gripline::describe<ToldGp>("gp", "1.0", "Gaussian processes on the residual, told the true friction").needs_truth(),
-    gripline::describe<OwnMuGp>("gp_own_mu", "1.0", "Gaussian processes on the residual, friction from their forces"))
+GRIPLINE_PLUGINS(gripline::describe<PrivilegedGp>("gp", "1.0",
+                                                  "Gaussian processes on the residual, given the true friction")
+                     .needs_truth(),
+                 gripline::describe<OwnMuGp>("gp_own_mu", "1.0",
+                                             "Gaussian processes on the residual, friction from their forces"))

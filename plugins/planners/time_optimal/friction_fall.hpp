@@ -4,7 +4,7 @@
 //   begin ... before ... low ... last     pieces of the road, in the order in which they are passed
 //
 // `before` has the last sure belief of the friction that it fell from. The place, if it is one, begins there or a
-// little earlier, at `begin`, which is told once a belief was surely less. `low` is the piece with the last evidence of
+// little earlier, at `begin`, which is set once a belief was surely less. `low` is the piece with the last evidence of
 // less friction. The place ends at `last`: the last piece on which the belief was not back yet, or `low` where there
 // was no evidence for long. Then the fall has ended, and its belief has only to be sure again.
 #pragma once

@@ -15,7 +15,7 @@ function sparse(x: ArrayLike<number>, stack: number): number[] {
   return Array.from({ length: count }, (_, k) => Math.floor(((k + share) / count) * (x.length - 1)));
 }
 
-/** The line of one run; dashed if the stack was told the truth. */
+/** The line of one run; dashed if the stack is given the ground truth. */
 export function runLine(state: State, run: RunData, y: ArrayLike<number>, x: ArrayLike<number> = run.t): Mark {
   const { truth } = state.report.meta.stacks[run.stack];
   const color = stackColour(run.stack);
