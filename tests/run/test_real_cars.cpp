@@ -436,7 +436,7 @@ TEST_F(RealCars, ALogOfAnotherCarIsToldByWhatItAsksFor) {
          }});
   const Outcome outcome = fit({in("other.csv"), "--fit", "tyres", "--starts", "30"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, AllOf(HasSubstr("found where the world hardly expects it: "), HasSubstr("/plant/params/D"),
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("fitted far outside of its prior: "), HasSubstr("/plant/params/D"),
                                  HasSubstr("standard deviations away"), HasSubstr("another car")));
 }
 

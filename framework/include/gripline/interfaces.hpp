@@ -87,7 +87,7 @@ class Estimator : public Effect, public TyreCurve {
   /// Algorithm 1, lines 5 to 7: takes in one step. Called once in every step from the first, also while the stack still
   /// drives on the nominal model alone (before its adapt_after).
   virtual void update(const Sample& sample) = 0;
-  /// Algorithm 1, line 8: what it believes now. Until it learned anything that is the context's mu_init, or the
+  /// Algorithm 1, line 8: its present estimate. Until it learned anything that is the context's mu_init, or the
   /// friction that a parameter of its own expects; a plugin that needs the truth may tell the true friction at any
   /// time. `trusted` is the stack's to set.
   virtual Belief belief() const = 0;

@@ -258,7 +258,7 @@ struct Sample {
   double ddelta_lag = 0;  ///< rate of that command less the rate at which the wheels turn then, likewise [rad/s]
 };
 
-/// What a stack believes of friction: peak lateral force of an axle over that axle's static load, and its standard
+/// A stack's estimate of friction: peak lateral force of an axle over that axle's static load, and its standard
 /// deviation.
 struct Belief {
   double mu_front = 1;     ///< [-]

@@ -374,10 +374,10 @@ std::string check_learns(const Workshop& workshop, const Subject& subject) {
                }
                const Belief& b = learned.belief;
                for (const double mu : {b.mu_front, b.mu_rear})
-                 if (!(mu > 0.01 && mu < 10)) throw Broken("believes in a friction of " + significant(mu, 4));
+                 if (!(mu > 0.01 && mu < 10)) throw Broken("estimates a friction of " + significant(mu, 4));
                const std::string left =
                    nothing ? "changes nothing of the model" : words + " of the residuals of vx, vy, omega are left";
-               tell((learned.cut_short ? "taught a part of the drive only, not judged: " : "") + left);
+               tell((learned.cut_short ? "trained on a part of the drive only, not judged: " : "") + left);
              })
       .back();
 }

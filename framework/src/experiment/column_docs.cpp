@@ -52,7 +52,7 @@ constexpr ColumnDoc others[] = {
      "throttle that acts behind the plant's actuators; of a plant that is a plugin the one commanded"},
     {"steps.csv", "delta_applied_rad", "rad", "",
      "road wheel angle that acts behind the plant's actuators; of a plant that is a plugin the one commanded"},
-    {"steps.csv", "mu_belief_front", "1", "", "believed peak lateral force of the front axle over its static load"},
+    {"steps.csv", "mu_belief_front", "1", "", "estimated peak lateral force of the front axle over its static load"},
     {"steps.csv", "mu_belief_rear", "1", "", "the same of the rear axle"},
     {"steps.csv", "mu_true", "1", "", "true friction of the car"},
     {"steps.csv", "s_m", "m", "", "station on the centre line"},

@@ -31,7 +31,7 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
 /// Refuses sensors that the stack's filter would take wrongly: those with delays.
 void check_sensors(const StackSpec& stack, const SensorSpec& sensors, Errors& errors);
 
-/// What the stack believes now: Algorithm 1, lines 8-13.
+/// The stack's present model and friction estimate: Algorithm 1, lines 8-13.
 struct StackBelief {
   CorrectedModel* model;  // f_nom until adapt_after, f_corr from then on
   Belief mu;

@@ -45,7 +45,7 @@ class RecedingTime final : public LapPlanner {
                   "speeds"),
             param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
             param("brake_front", &P::brake_front, "1", {0, 1}, "front share of the brake force"),
-            param("places", &P::places, "1", {0, 1}, "remember where the road is slippery"),
+            param("places", &P::places, "1", {0, 1}, "keep a map of where the road is slippery"),
             param("from_car_state", &P::from_car_state, "1", {0, 1},
                   "a car that has left its plan, too fast for it or wide of it, begins another with its own state"),
             param("nodes", &P::nodes, "1", {30, 1000},

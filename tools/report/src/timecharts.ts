@@ -88,7 +88,7 @@ const specs = (state: State): (Omit<ChartSpec, "x" | "time"> & { needs: string[]
   },
   {
     id: "friction",
-    title: "Friction, believed and true",
+    title: "Friction, estimated and true",
     note: "Band: one standard deviation of the belief.",
     y: { label: "µ of the whole car", decimals: 3 },
     needs: ["mu_belief", "mu_true"],
