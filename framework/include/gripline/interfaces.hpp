@@ -88,7 +88,7 @@ class Estimator : public Effect, public TyreCurve {
   /// drives on the nominal model alone (before its adapt_after).
   virtual void update(const Sample& sample) = 0;
   /// Algorithm 1, line 8: its present estimate. Until it learned anything that is the context's mu_init, or the
-  /// friction that a parameter of its own expects; a plugin that needs the truth may tell the true friction at any
+  /// friction that a parameter of its own expects; a plugin that needs the truth may return the true friction at any
   /// time. `trusted` is the stack's to set.
   virtual Belief belief() const = 0;
   /// By default it knows no tyre.
