@@ -26,7 +26,7 @@ struct FitOptions {
   int iterations = 12;
   int tries = 3;  // starts of the search; the first is the world itself, the others are draws around it
   unsigned seed = 1;
-  bool undetermined_stay = false;  // where the fit begins, in place of their priors: unknowns that the logs do not determine
+  bool undetermined_stay = false;  // unknowns that the logs do not determine: where the fit begins, not at their priors
   std::function<void(const std::string&)> print;                   // a line on each log that is left out; may be empty
   std::function<void(double share, const std::string&)> progress;  // what is done, and what is under way; may be empty
 };
