@@ -321,7 +321,7 @@ TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
                                HasSubstr("; the world given agrees, it understeers by "),
                                HasSubstr(" deg/g. The normalised error that remains"), HasSubstr("\n\ncalibrated "),
                                HasSubstr("\n\nverdict: unknown\n"),
-                               HasSubstr("no other effect that was tried takes enough of it off")));
+                               HasSubstr("no other effect that was tried reduces it by enough")));
   EXPECT_LT(find_pointer(result, "/gap/effects/ci95/1")->number(), 0.0);
   // Nothing is wrong with its tyres, and the wrong steering offset is no understeer.
   const double gradient = find_pointer(result, "/understeer/gradient")->number();

@@ -31,8 +31,7 @@ TEST(RealSentence, SaysWhatCalibrationTakesOffAndWhatIsLeft) {
       text_of(found_with({})),
       "Calibrating the world takes 33 % (30 % to 40 %) off the error of predictions 1 s ahead of time that was not "
       "fitted. The normalised error that remains, 1 where sensor noise alone would leave 0.5, is unexplained: no "
-      "effect "
-      "that was tried reduces it by enough, or with enough certainty, to be named.");
+      "effect that was tried reduces it by enough, or with enough certainty, to be named.");
 }
 
 TEST(RealSentence, ListsEffectsWithTheirValues) {
