@@ -221,20 +221,20 @@ GRIPLINE_PLUGINS(
                 "drive the same lap in the other direction, and coast down once; "
                 "full throttle from a quarter of top speed to top speed")
         .precedence(10),
-    gripline::describe<RollingRes>("rolling_res", "1.0", "constant resistance")
+    gripline::describe<RollingRes>("rolling_res", "1.0", "rolling resistance: a constant deceleration")
         .advice("coast down from top speed to half of it on a level straight; "
                 "drive the same lap in the other direction, and coast down once")
         .precedence(11),
-    gripline::describe<DiffYaw>("diff_yaw", "1.0", "something damps the yaw rate, as a locked differential does")
+    gripline::describe<DiffYaw>("diff_yaw", "1.0", "yaw damping, as of a locked differential")
         .advice("power on and lift off in a steady corner, then brake in a turn")
         .precedence(12),
-    gripline::describe<TorqueVec>("torque_vec", "1.0", "drive force turns the car while steering")
+    gripline::describe<TorqueVec>("torque_vec", "1.0", "torque vectoring: a yaw moment from drive force and steering")
         .advice("power on and lift off in a steady corner, then brake in a turn")
         .precedence(13),
     gripline::describe<Wind>("wind", "1.0", "steady wind")
         .advice("drive the same lap in the other direction")
         .precedence(14),
-    gripline::describe<PlaneTilt>("plane_tilt", "1.0", "the whole ground is tilted")
+    gripline::describe<PlaneTilt>("plane_tilt", "1.0", "constant tilt of the ground plane")
         .advice("drive the same lap in the other direction")
         .precedence(15),
     gripline::describe<Grade>("grade", "1.0", "slope along the lap")

@@ -117,20 +117,19 @@ class SteerOffset final : public gripline::AutoDiffEffect<SteerOffset> {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(
-    gripline::describe<InputDelay>("input_delay", "1.0", "commands act late")
-        .advice("a steering chirp up to 3 Hz at two speeds; "
-                "steps of throttle on a straight")
-        .precedence(10),
-    gripline::describe<SensorLatency>("sensor_latency", "1.0", "all sensors lag: the same as commands that act late")
-        .advice("a steering chirp up to 3 Hz at two speeds")
-        .precedence(11),
-    gripline::describe<MotorLag>("motor_lag", "1.0", "the motor follows the throttle with a first-order lag")
-        .advice("steps of throttle on a straight")
-        .precedence(20),
-    gripline::describe<SteerLag>("steer_lag", "1.0", "the wheels follow the steering with a first-order lag")
-        .advice("a steering chirp up to 3 Hz at two speeds")
-        .precedence(21),
-    gripline::describe<SteerGain>("steer_gain", "1.0", "the wheels turn more or less than commanded").precedence(30),
-    gripline::describe<SteerOffset>("steer_offset", "1.0", "the wheels do not point straight ahead at zero")
-        .precedence(40))
+GRIPLINE_PLUGINS(gripline::describe<InputDelay>("input_delay", "1.0", "delay of both commands")
+                     .advice("a steering chirp up to 3 Hz at two speeds; "
+                             "steps of throttle on a straight")
+                     .precedence(10),
+                 gripline::describe<SensorLatency>("sensor_latency", "1.0",
+                                                   "latency of all sensors: equivalent to a delay of the commands")
+                     .advice("a steering chirp up to 3 Hz at two speeds")
+                     .precedence(11),
+                 gripline::describe<MotorLag>("motor_lag", "1.0", "first-order lag of the drive behind the throttle")
+                     .advice("steps of throttle on a straight")
+                     .precedence(20),
+                 gripline::describe<SteerLag>("steer_lag", "1.0", "first-order lag of the wheels behind the steering")
+                     .advice("a steering chirp up to 3 Hz at two speeds")
+                     .precedence(21),
+                 gripline::describe<SteerGain>("steer_gain", "1.0", "gain error of the steering").precedence(30),
+                 gripline::describe<SteerOffset>("steer_offset", "1.0", "zero offset of the steering").precedence(40))

@@ -101,16 +101,16 @@ class BrakeFade final : public gripline::AutoDiffEffect<BrakeFade>, DriveEffect 
 
 }  // namespace
 
-GRIPLINE_PLUGINS(gripline::describe<BackEmf>("back_emf", "1.0", "drive force falls faster with speed")
+GRIPLINE_PLUGINS(gripline::describe<BackEmf>("back_emf", "1.0", "back-EMF: additional loss of drive force with speed")
                      .advice("full throttle from a quarter of top speed to top speed")
                      .precedence(10),
-                 gripline::describe<DriveGain>("drive_gain", "1.0", "the motor is stronger or weaker")
+                 gripline::describe<DriveGain>("drive_gain", "1.0", "gain error of the drive force")
                      .advice("drive the same lap in the other direction, and coast down once; "
                              "full throttle from a quarter of top speed to top speed")
                      .precedence(20),
-                 gripline::describe<BrakeGain>("brake_gain", "1.0", "the brakes are stronger or weaker")
+                 gripline::describe<BrakeGain>("brake_gain", "1.0", "gain error of the brake force")
                      .advice("brake hard ten times in a row, then once after a minute")
                      .precedence(30),
-                 gripline::describe<BrakeFade>("brake_fade", "1.0", "hot brakes lose force")
+                 gripline::describe<BrakeFade>("brake_fade", "1.0", "brake fade: loss of brake force with heat")
                      .advice("brake hard ten times in a row, then once after a minute")
                      .precedence(40))

@@ -45,6 +45,7 @@ class Relaxation final : public gripline::AutoDiffEffect<Relaxation> {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(gripline::describe<Relaxation>("relaxation", "1.0", "tyre forces build up over a distance")
+GRIPLINE_PLUGINS(gripline::describe<Relaxation>("relaxation", "1.0",
+                                                "tyre relaxation: lateral force builds up over a length driven")
                      .advice("a steering chirp up to 3 Hz at two speeds")
                      .precedence(10))

@@ -81,10 +81,8 @@ class VelocityYaw final : public gripline::AutoDiffReading<VelocityYaw> {
 }  // namespace
 
 GRIPLINE_PLUGINS(
-    gripline::describe<PoseLever>("pose_lever", "1.0", "position is shown of another point of the car").precedence(1),
-    gripline::describe<VelocityLever>("velocity_lever", "1.0", "velocity is shown of another point of the car")
+    gripline::describe<PoseLever>("pose_lever", "1.0", "position sensor away from the centre of gravity").precedence(1),
+    gripline::describe<VelocityLever>("velocity_lever", "1.0", "velocity sensor away from the centre of gravity")
         .precedence(2),
-    gripline::describe<PoseYaw>("pose_yaw", "1.0", "the heading shown is that of an axis turned against the car's")
-        .precedence(3),
-    gripline::describe<VelocityYaw>("velocity_yaw", "1.0", "velocity is shown in axes turned against the car's")
-        .precedence(4))
+    gripline::describe<PoseYaw>("pose_yaw", "1.0", "heading sensor misaligned with the car").precedence(3),
+    gripline::describe<VelocityYaw>("velocity_yaw", "1.0", "velocity sensor misaligned with the car").precedence(4))

@@ -130,14 +130,14 @@ class Downforce final : public gripline::AutoDiffEffect<Downforce> {
 }  // namespace
 
 GRIPLINE_PLUGINS(
-    gripline::describe<Mass>("mass", "1.0", "the car is heavier or lighter").precedence(10),
-    gripline::describe<YawInertia>("yaw_inertia", "1.0", "the car resists turning more or less")
+    gripline::describe<Mass>("mass", "1.0", "mass differs from the nominal one").precedence(10),
+    gripline::describe<YawInertia>("yaw_inertia", "1.0", "yaw inertia differs from the nominal one")
         .advice("a steering chirp up to 3 Hz at two speeds")
         .precedence(20),
-    gripline::describe<LoadTransfer>("load_transfer", "1.0", "drive and brake forces move load between axles")
+    gripline::describe<LoadTransfer>("load_transfer", "1.0", "longitudinal load transfer between axles")
         .advice("power on and lift off in a steady corner, then brake in a turn")
         .precedence(30),
-    gripline::describe<CogShift>("cog_shift", "1.0", "the centre of gravity lies elsewhere").precedence(40),
-    gripline::describe<Downforce>("downforce", "1.0", "axle load grows with speed squared")
+    gripline::describe<CogShift>("cog_shift", "1.0", "centre of gravity shifted along the car").precedence(40),
+    gripline::describe<Downforce>("downforce", "1.0", "aerodynamic downforce: axle load grows with speed squared")
         .advice("the same corner at the limit slowly and fast, early and late")
         .precedence(50))

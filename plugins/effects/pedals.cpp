@@ -47,7 +47,7 @@ class OneDelay : public gripline::AutoDiffEffect<D> {
   using Params = Late<T>;
   static constexpr auto parameters() { return std::tuple{param("T", &Late<double>::delay, "s", {0, 1}, "delay")}; }
   Stage stage() const noexcept override { return Stage::command; }
-  double look_back(std::span<const double> params) const noexcept override { return params[0]; }
+  double max_delay(std::span<const double> params) const noexcept override { return params[0]; }
 };
 
 class ThrottleDelay final : public OneDelay<ThrottleDelay> {
@@ -77,7 +77,7 @@ class ThrottleDeadZone final : public gripline::AutoDiffEffect<ThrottleDeadZone>
     T z = T(0);
   };
   static constexpr auto parameters() {
-    return std::tuple{param("z", &Params<double>::z, "1", {0, 0.9}, "throttle below which nothing happens")};
+    return std::tuple{param("z", &Params<double>::z, "1", {0, 0.9}, "width of the dead zone")};
   }
   Stage stage() const noexcept override { return Stage::command; }
   template <class T>
@@ -116,8 +116,8 @@ class SteerMap final : public gripline::AutoDiffEffect<SteerMap> {
   static constexpr auto parameters() {
     using P = Params<double>;
     return std::tuple{param("g", &P::g, "1", {0.02, 20}, "wheel angle per command, straight ahead"),
-                      param("a", &P::a, "1/rad", {-10, 10}, "left and right differ"),
-                      param("c", &P::c, "1/rad2", {-50, 50}, "more or less towards full lock")};
+                      param("a", &P::a, "1/rad", {-10, 10}, "asymmetry between left and right"),
+                      param("c", &P::c, "1/rad2", {-50, 50}, "progression towards full lock")};
   }
   Stage stage() const noexcept override { return Stage::command; }
   template <class T>
@@ -209,12 +209,14 @@ class TurningDrag final : public gripline::AutoDiffEffect<TurningDrag> {
 }  // namespace
 
 GRIPLINE_PLUGINS(
-    gripline::describe<ThrottleDelay>("throttle_delay", "1.0", "the throttle acts late").precedence(12),
-    gripline::describe<SteerDelay>("steer_delay", "1.0", "the steering acts late").precedence(13),
-    gripline::describe<ThrottleDeadZone>("throttle_dead_zone", "1.0", "little throttle does nothing").precedence(15),
-    gripline::describe<ThrottleCurve>("throttle_curve", "1.0", "the pedal is not linear").precedence(16),
-    gripline::describe<SteerMap>("steer_map", "1.0", "the wheels' angle is a curve over the command").precedence(17),
-    gripline::describe<SteerRateLimit>("steer_rate_limit", "1.0", "the steering turns only so fast").precedence(22),
-    gripline::describe<PowerLimit>("power_limit", "1.0", "the engine's power is limited").precedence(30),
-    gripline::describe<CorneringDrag>("cornering_drag", "1.0", "cornering takes speed").precedence(18),
-    gripline::describe<TurningDrag>("turning_drag", "1.0", "turning takes speed").precedence(19))
+    gripline::describe<ThrottleDelay>("throttle_delay", "1.0", "delay of the throttle").precedence(12),
+    gripline::describe<SteerDelay>("steer_delay", "1.0", "delay of the steering").precedence(13),
+    gripline::describe<ThrottleDeadZone>("throttle_dead_zone", "1.0", "dead zone of the throttle").precedence(15),
+    gripline::describe<ThrottleCurve>("throttle_curve", "1.0", "nonlinear throttle map: a power law").precedence(16),
+    gripline::describe<SteerMap>("steer_map", "1.0", "nonlinear steering map: a cubic").precedence(17),
+    gripline::describe<SteerRateLimit>("steer_rate_limit", "1.0", "rate limit and lag of the steering actuator")
+        .precedence(22),
+    gripline::describe<PowerLimit>("power_limit", "1.0", "power limit of the drive").precedence(30),
+    gripline::describe<CorneringDrag>("cornering_drag", "1.0", "drag that grows with lateral acceleration squared")
+        .precedence(18),
+    gripline::describe<TurningDrag>("turning_drag", "1.0", "drag that grows with the yaw rate").precedence(19))

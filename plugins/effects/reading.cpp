@@ -58,11 +58,10 @@ class YawrateBias final : public gripline::AutoDiffReading<YawrateBias> {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(
-    gripline::describe<VxScale>("vx_scale", "1.0", "the speed sensor is out by a factor")
-        .advice("two straights at constant speeds a factor of two apart")
-        .precedence(10),
-    gripline::describe<VxBias>("vx_bias", "1.0", "the speed sensor is out by an offset")
-        .advice("two straights at constant speeds a factor of two apart")
-        .precedence(20),
-    gripline::describe<YawrateBias>("yawrate_bias", "1.0", "the yaw rate sensor is out by an offset").precedence(30))
+GRIPLINE_PLUGINS(gripline::describe<VxScale>("vx_scale", "1.0", "scale error of the speed sensor")
+                     .advice("two straights at constant speeds a factor of two apart")
+                     .precedence(10),
+                 gripline::describe<VxBias>("vx_bias", "1.0", "bias of the speed sensor")
+                     .advice("two straights at constant speeds a factor of two apart")
+                     .precedence(20),
+                 gripline::describe<YawrateBias>("yawrate_bias", "1.0", "bias of the yaw-rate sensor").precedence(30))

@@ -118,8 +118,8 @@ class CombSlip final : public gripline::AutoDiffEffect<CombSlip> {
     T k = T(0);
   };
   static constexpr auto parameters() {
-    return std::tuple{
-        param("k", &Params<double>::k, "1", {0, 3}, "how much drive force costs lateral force").fit(0, 0.2, 0.2)};
+    return std::tuple{param("k", &Params<double>::k, "1", {0, 3}, "weight of the drive force in the friction ellipse")
+                          .fit(0, 0.2, 0.2)};
   }
   Stage stage() const noexcept override { return Stage::tyre; }
   template <class T>
@@ -131,30 +131,31 @@ class CombSlip final : public gripline::AutoDiffEffect<CombSlip> {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(gripline::describe<FrictionScale>("friction_scale", "1.0", "more or less friction everywhere")
-                     .advice("the same corner at the limit slowly and fast, early and late")
-                     .precedence(10),
-                 gripline::describe<FrictionDrift>("friction_drift", "1.0", "friction changes with time")
-                     .advice("the same corner at the limit slowly and fast, early and late")
-                     .precedence(11),
-                 gripline::describe<FrictionPatch>("friction_patch", "1.0",
-                                                   "friction differs on one stretch of the lap")
-                     .advice("the same place at two speeds, for three laps or more")
-                     .precedence(12),
-                 gripline::describe<FrontGrip>("front_grip", "1.0", "the front axle grips more or less")
-                     .advice("a slow ramp of steering into saturation, twice; "
-                             "power on and lift off in a steady corner, then brake in a turn")
-                     .precedence(20),
-                 gripline::describe<RearGrip>("rear_grip", "1.0", "the rear axle grips more or less")
-                     .advice("a slow ramp of steering into saturation, twice; "
-                             "power on and lift off in a steady corner, then brake in a turn")
-                     .precedence(21),
-                 gripline::describe<FrontStiff>("front_stiff", "1.0", "the front tyres are stiffer or softer")
-                     .advice("a slow ramp of steering into saturation, twice")
-                     .precedence(22),
-                 gripline::describe<RearStiff>("rear_stiff", "1.0", "the rear tyres are stiffer or softer")
-                     .advice("a slow ramp of steering into saturation, twice")
-                     .precedence(23),
-                 gripline::describe<CombSlip>("comb_slip", "1.0", "drive force takes lateral force from the rear axle")
-                     .advice("power on and lift off in a steady corner, then brake in a turn")
-                     .precedence(90))
+GRIPLINE_PLUGINS(
+    gripline::describe<FrictionScale>("friction_scale", "1.0", "friction of both axles scaled")
+        .advice("the same corner at the limit slowly and fast, early and late")
+        .precedence(10),
+    gripline::describe<FrictionDrift>("friction_drift", "1.0", "friction changes with time")
+        .advice("the same corner at the limit slowly and fast, early and late")
+        .precedence(11),
+    gripline::describe<FrictionPatch>("friction_patch", "1.0", "friction differs on one stretch of the lap")
+        .advice("the same place at two speeds, for three laps or more")
+        .precedence(12),
+    gripline::describe<FrontGrip>("front_grip", "1.0", "peak lateral force of the front axle scaled")
+        .advice("a slow ramp of steering into saturation, twice; "
+                "power on and lift off in a steady corner, then brake in a turn")
+        .precedence(20),
+    gripline::describe<RearGrip>("rear_grip", "1.0", "peak lateral force of the rear axle scaled")
+        .advice("a slow ramp of steering into saturation, twice; "
+                "power on and lift off in a steady corner, then brake in a turn")
+        .precedence(21),
+    gripline::describe<FrontStiff>("front_stiff", "1.0", "cornering stiffness of the front axle scaled, peak unchanged")
+        .advice("a slow ramp of steering into saturation, twice")
+        .precedence(22),
+    gripline::describe<RearStiff>("rear_stiff", "1.0", "cornering stiffness of the rear axle scaled, peak unchanged")
+        .advice("a slow ramp of steering into saturation, twice")
+        .precedence(23),
+    gripline::describe<CombSlip>("comb_slip", "1.0",
+                                 "combined slip: drive force reduces lateral force of the rear axle")
+        .advice("power on and lift off in a steady corner, then brake in a turn")
+        .precedence(90))

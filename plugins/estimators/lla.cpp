@@ -66,14 +66,14 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
   static constexpr auto parameters() {
     using P = Params;
     return std::tuple{param("models", &P::models, "1", {10, 1000000}, "models in the bank"),
-                      param("window", &P::window, "1", {1, 1000}, "steps looked back on"),
+                      param("window", &P::window, "1", {1, 1000}, "length of the window [control steps]"),
                       param("best", &P::best, "1", {1, 1000}, "models averaged for the friction"),
                       param("average", &P::average, "1", {1, 1000}, "steps over which the friction is averaged"),
                       param("spread_B", &P::spread_B, "1", {0, 10}, "relative standard deviation of B"),
                       param("spread_C", &P::spread_C, "1", {0, 10}, "relative standard deviation of C"),
                       param("spread_D", &P::spread_D, "1", {0, 10}, "relative standard deviation of D"),
-                      param("centre_B", &P::centre_B, "1/rad", {0.1, 100}, "centre of B without truth"),
-                      param("centre_C", &P::centre_C, "1", {0.5, 3}, "centre of C without truth")};
+                      param("centre_B", &P::centre_B, "1/rad", {0.1, 100}, "centre of B without ground truth"),
+                      param("centre_C", &P::centre_C, "1", {0.5, 3}, "centre of C without ground truth")};
   }
 
   LookBack(const PluginContext& context, const Params& params)

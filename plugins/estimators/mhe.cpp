@@ -75,13 +75,14 @@ class MovingHorizon final : public AutoDiffEffect<MovingHorizon, Estimator> {
     using P = Params;
     return std::tuple_cat(
         std::tuple{
-            param("horizon", &P::horizon, "1", {1, 1000}, "steps looked back on"),
+            param("horizon", &P::horizon, "1", {1, 1000}, "length of the horizon, back in time [control steps]"),
             param("iterations", &P::iterations, "1", {1, 20}, "Gauss-Newton steps in a control step"),
             param("decay", &P::decay, "1", {0.01, 1}, "weight of a step over that of the step after it"),
             param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "error of vx and vy predicted one step ahead"),
             param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10},
                   "error of the yaw rate predicted one step ahead"),
-            param("change", &P::change, "1", {1e-6, 10}, "what log mu, log B and C may change in one step"),
+            param("change", &P::change, "1", {1e-6, 10},
+                  "standard deviation of the change of log mu, log B and C in one step"),
             param("stiffness", &P::stiffness, "1/rad", {0.5, 50}, "stiffness factor B of a tyre: median of the prior"),
             param("stiffness_spread", &P::stiffness_spread, "1", {0.01, 2}, "standard deviation of log B"),
             param("shape", &P::shape, "1", {1.05, 2}, "shape factor C of a tyre: mean of the prior"),

@@ -1,4 +1,4 @@
-// No learning: the correction is zero and the belief stays what the stack was told at the start.
+// No learning: the correction is zero and the belief stays the stack's mu_init.
 #include <gripline/plugin.hpp>
 
 namespace {
@@ -17,4 +17,4 @@ class None final : public gripline::AutoDiffEffect<None, gripline::Estimator> {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(gripline::describe<None>("none", "1.0", "learns nothing: the nominal model and mu_init for good"))
+GRIPLINE_PLUGINS(gripline::describe<None>("none", "1.0", "no learning: the nominal model and mu_init throughout"))

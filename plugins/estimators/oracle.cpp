@@ -34,4 +34,5 @@ class Oracle final : public gripline::Estimator {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(gripline::describe<Oracle>("oracle", "1.0", "knows the true car and the true friction").needs_truth())
+GRIPLINE_PLUGINS(
+    gripline::describe<Oracle>("oracle", "1.0", "ground truth: the true car and the true friction").needs_truth())

@@ -1,7 +1,7 @@
 // The minimum-curvature line at the speed of one assumed friction, whatever was learned: the paper's row without an
 // adaptive speed.   v_ref(s) = pace * v(s; mu)
 //
-// careful_until has to be given to this planner as it is to its stack: no planner is told the stack's, and in a stack
+// careful_until has to be given to this planner as it is to its stack: no planner is given the stack's, and in a stack
 // without an estimator, which drives this planner too, Belief::trusted is never true.
 #include <array>
 

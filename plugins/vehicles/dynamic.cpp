@@ -14,7 +14,7 @@
 // Sources: Kalaria, Lin, Dolan, the dynamic model of their simulated car, with the signs of the slope terms for ISO
 // axes; Liniger, Domahidi, Morari (2015) for the 1:43 car. The tyres that parameters default to are generic, of
 // friction 1 (LLA-MPC's prior), and resistance is zero: what is true of a world's car stands in the world, so that a
-// stack whose nominal model this is knows nothing unless it is told.
+// stack whose nominal model this is knows none of them unless they are stated.
 #include <gripline/plugin.hpp>
 
 #include "common/vehicle/standstill.hpp"

@@ -44,7 +44,7 @@ TEST_F(Cli, PluginsAreListedAndDescribed) {
   const Outcome list = gripline_with({"plugins", "list"});
   EXPECT_EQ(list.code, 0);
   EXPECT_THAT(list.out, AllOf(HasSubstr("vehicle    dynamic"), HasSubstr("estimator  oracle *"),
-                              HasSubstr("* is told the truth"), Not(HasSubstr("unusable"))));
+                              HasSubstr("* is given the ground truth"), Not(HasSubstr("unusable"))));
   const Outcome pure_pursuit = gripline_with({"plugins", "describe", "pure_pursuit"});
   EXPECT_EQ(pure_pursuit.code, 0);
   EXPECT_THAT(pure_pursuit.out, AllOf(HasSubstr("controller pure_pursuit"), HasSubstr("horizon [1] = 40  [2, 500]")));

@@ -105,13 +105,13 @@ TEST_F(CliTrack, TrackNamesTheRadiusThatARoadStates) {
   }
 }
 
-TEST_F(CliTrack, TrackWarnsOfKinksThatSmoothingTakesAway) {
-  write_text(folder_ / "kink.csv", circle_with_a_point_at(100.8));
-  const Outcome raw = gripline_with({"track", folder_ / "kink.csv", "--width", "9.5"});
+TEST_F(CliTrack, TrackWarnsOfCurvaturePeaksThatSmoothingTakesAway) {
+  write_text(folder_ / "peak.csv", circle_with_a_point_at(100.8));
+  const Outcome raw = gripline_with({"track", folder_ / "peak.csv", "--width", "9.5"});
   EXPECT_EQ(raw.code, 0) << raw.err;
   EXPECT_THAT(raw.err, HasSubstr("if they are noise: --smooth METRES"));
-  const Outcome smooth = gripline_with({"track", folder_ / "kink.csv", "--width", "9.5", "--smooth", "1"});
-  EXPECT_THAT(smooth.err, Not(HasSubstr("kinks")));
+  const Outcome smooth = gripline_with({"track", folder_ / "peak.csv", "--width", "9.5", "--smooth", "1"});
+  EXPECT_THAT(smooth.err, Not(HasSubstr("curvature peaks")));
 }
 
 TEST_F(CliTrack, TrackReplacesNoPointsThatItDidNotWrite) {

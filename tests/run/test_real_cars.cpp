@@ -316,12 +316,12 @@ TEST_F(RealCars, DiagnoseNamesWhatPredictionsOfTimeNotFittedNeed) {
   EXPECT_THAT(find_pointer(result, "/sentence")->text(), HasSubstr("steer_offset"));
   EXPECT_THAT(contents(in("found/augmented_world.json")), HasSubstr("steer_offset"));
   // What was found leads, with how much it takes off; that the rest is unknown comes after it.
-  EXPECT_THAT(found.out,
-              AllOf(StartsWith("Calibrating the world takes "),
-                    HasSubstr(" off what is left then. In gentle corners the car understeers by "),
-                    HasSubstr("; the world given agrees, it understeers by "), HasSubstr(" deg/g. What remains"),
-                    HasSubstr("\n\ncalibrated "), HasSubstr("\n\nverdict: unknown\n"),
-                    HasSubstr("no other effect that was tried takes enough of it off")));
+  EXPECT_THAT(found.out, AllOf(StartsWith("Calibrating the world takes "),
+                               HasSubstr(" off what is left then. In gentle corners the car understeers by "),
+                               HasSubstr("; the world given agrees, it understeers by "),
+                               HasSubstr(" deg/g. The normalised error that remains"), HasSubstr("\n\ncalibrated "),
+                               HasSubstr("\n\nverdict: unknown\n"),
+                               HasSubstr("no other effect that was tried reduces it by enough")));
   EXPECT_LT(find_pointer(result, "/gap/effects/ci95/1")->number(), 0.0);
   // Nothing is wrong with its tyres, and the wrong steering offset is no understeer.
   const double gradient = find_pointer(result, "/understeer/gradient")->number();
@@ -436,7 +436,7 @@ TEST_F(RealCars, ALogOfAnotherCarIsToldByWhatItAsksFor) {
          }});
   const Outcome outcome = fit({in("other.csv"), "--fit", "tyres", "--starts", "30"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, AllOf(HasSubstr("found where the world hardly expects it: "), HasSubstr("/plant/params/D"),
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("fitted far outside of its prior: "), HasSubstr("/plant/params/D"),
                                  HasSubstr("standard deviations away"), HasSubstr("another car")));
 }
 

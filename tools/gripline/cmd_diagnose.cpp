@@ -197,7 +197,7 @@ int run_diagnose(Arguments args) {
   po::options_description visible("options");
   auto add = visible.add_options();
   add("held-out", po::value<Words>()->multitoken()->composing(), "logs to measure the gap on (default: the last laps)");
-  add("case", po::value<std::string>(), "CASE.json: effects to exclude, how far nominal parameters are trusted");
+  add("case", po::value<std::string>(), "CASE.json: effects to exclude, standard deviations of nominal parameters");
   add("out", po::value<std::string>(), "folder for results (default: out/diagnose_<log>)");
   add("force", "replace another experiment's results in that folder");
   add("score", po::value<std::string>(), "a folder of cases with answers: diagnose all and print the scorecard");

@@ -104,7 +104,7 @@ void print_cornering(const std::list<measured::SessionFile>& files, const Car& c
   std::cout << '\n';
 }
 
-/// Evidence that the log is not of this car: the fitted model is no better than knowing nothing.
+/// Evidence that the log is not of this car: the fitted model predicts no better than persistence.
 void warn_when_useless(const FitResult& result) {
   const auto row = [&](const char* name) {
     return std::find_if(result.errors.begin(), result.errors.end(), [&](const auto& r) { return r.name == name; });
@@ -114,11 +114,11 @@ void warn_when_useless(const FitResult& result) {
   const std::size_t q = place ? 0 : 4;
   if (fitted->error[q].rms < persistence->error[q].rms) return;
   std::cerr << "the fitted world misses by " << fitted->error[q].rms << ' ' << calibrate::quantity_names[q]
-            << ", knowing nothing (persistence) by " << persistence->error[q].rms
+            << ", persistence (constant velocities) by " << persistence->error[q].rms
             << ": is this a log of another car, or are units or signs of the map wrong?\n";
 }
 
-/// Parameters that the logs want where the world says they hardly are: of another car, or of a wrong map.
+/// Parameters that the logs put far outside of their priors: of another car, or of a wrong map.
 void warn_when_far(const FitResult& result) {
   constexpr double far = 3.0;  // standard deviations of the prior
   std::string found;
@@ -127,11 +127,11 @@ void warn_when_far(const FitResult& result) {
     const calibrate::Unknown& u = p.unknown;
     const double off = u.log ? std::log(p.value / u.prior) : p.value - u.prior;
     if (!(std::abs(off) > far * u.sigma)) continue;
-    found += format("%s%s %.3g (the world guesses %.3g, %.1f standard deviations away)", found.empty() ? "" : ", ",
+    found += format("%s%s %.3g (the world's prior is %.3g, %.1f standard deviations away)", found.empty() ? "" : ", ",
                     u.pointer.c_str(), p.value, u.prior, std::abs(off) / u.sigma);
   }
   if (!found.empty())
-    std::cerr << "found where the world hardly expects it: " << found
+    std::cerr << "fitted far outside of its prior: " << found
               << ": is this a log of another car, or are units, signs or frames of the map wrong?\n";
 }
 
@@ -164,7 +164,7 @@ std::list<measured::SessionFile> read_fit_logs(std::span<const std::string> name
     files.push_back(measured::read_session(name, map));
     measured::check_session(files.back(), v_ref);
     warn_of_findings(name, files.back());
-    warn_of_doubts(name, files.back());
+    warn_of_inconsistencies(name, files.back());
   }
   return files;
 }

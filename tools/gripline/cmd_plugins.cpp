@@ -29,7 +29,7 @@ void list(const Registry& registry) {
                 << std::string(id.size() < 18 ? 18 - id.size() : 1, ' ') << harmless(entry.decl->summary) << '\n';
     }
   }
-  std::cout << "* is told the truth of the world\n";
+  std::cout << "* is given the ground truth of the world\n";
   for (const Registry::Unusable& one : registry.unusable())
     std::cout << "unusable   " << harmless(one.library.string() + ": " + one.reason) << '\n';
 }
@@ -68,8 +68,9 @@ void describe(const PluginEntry& entry) {
             << harmless(entry.decl->summary) << '\n';
   std::istringstream equation(equation_of(entry));
   for (std::string line; std::getline(equation, line);) std::cout << "    " << harmless(line) << '\n';
-  if (entry.needs_truth()) std::cout << "  needs the truth of the world\n";
-  if (*entry.decl->advice != '\0') std::cout << "  to tell it from others: " << entry.decl->advice << '\n';
+  if (entry.needs_truth()) std::cout << "  needs the ground truth of the world\n";
+  if (*entry.decl->advice != '\0')
+    std::cout << "  to distinguish it from similar effects: " << entry.decl->advice << '\n';
   std::cout << "  from " << entry.library.filename().string() << '\n';
   for (const abi::ParamDecl& p : entry.params()) {
     std::cout << "  " << p.name << " [" << harmless(p.unit) << "]" << default_text(p) << "  " << range_text(p) << "  "

@@ -339,8 +339,8 @@ int predict(const po::variables_map& given) {
   warn_of_findings(request.log, file);
   try {
     measured::check_session(file, world.spec.car.car.v_ref);
-  } catch (const InputError& doubt) {
-    std::cerr << "warning: " << doubt.what() << '\n';
+  } catch (const InputError& e) {
+    std::cerr << "warning: " << e.what() << '\n';
   }
   const calibrate::Forecaster forecaster(vehicle.car(), options_for(world));
   Parameters params = parameters_for(world, map, forecaster);
@@ -384,7 +384,7 @@ int run_predict(Arguments args) {
   add("slowest", po::value<double>(), "errors over starts from this speed on [m/s] (default: a quarter of v_ref)");
   add("samples", po::value<std::string>(), "a CSV file for every prediction, in the log's own clock and frames");
   add("out", po::value<std::string>(), "a CSV file for the table");
-  add("fixed", po::bool_switch(), "parameters as fitted: the log before a start moves none of them");
+  add("fixed", po::bool_switch(), "parameters as fitted: none adapts to the log before a start");
   add_plugins_option(visible);
   add("help,h", "this text");
   const auto given = parse_options(args, visible, "predict WORLD.json LOG.csv [options]", "world-and-log");

@@ -96,8 +96,8 @@ void tell_sharpest(Table& table, const Track& track, const RoadTable& road) {
                                     kappa > 0 ? "left" : "right", kappa_s));
 }
 
-/// A kink that is too short to fold the edge far is no reason to refuse a road; mostly it is noise.
-void warn_of_kinks(const Track& track) {
+/// A peak of curvature that is too short to fold the edge far is no reason to refuse a road; mostly it is noise.
+void warn_of_curvature_peaks(const Track& track) {
   constexpr int count = 20000;
   constexpr double tolerated = 0.9;  // as where Track looks for folds
   for (int i = 0; i < count; ++i) {
@@ -105,7 +105,7 @@ void warn_of_kinks(const Track& track) {
     const double half = at.kappa > 0.0 ? track.half_width_left(at.s) : track.half_width_right(at.s);
     if (tolerated * std::abs(at.kappa) * half <= 1.0) continue;
     std::cerr << format(
-        "the line has kinks sharper than its half width, the first at s = %.5g m (radius %.3g m); if they "
+        "the line has curvature peaks sharper than its half width, the first at s = %.5g m (radius %.3g m); if they "
         "are noise: --smooth METRES\n",
         at.s, 1.0 / std::abs(at.kappa));
     return;
@@ -133,7 +133,7 @@ void tell(const Track& track, const RoadTable& road) {
     table.row("bridge", format("at %s: s = %.5g m and s = %.5g m, at %.0f degrees", place_text(c.x, c.y, 5).c_str(),
                                c.first, c.second, c.angle * 180.0 / std::numbers::pi));
   tell_steps(table, road);
-  warn_of_kinks(track);
+  warn_of_curvature_peaks(track);
 }
 
 /// Refuses a road that the car of this file cannot drive. Where its centre of gravity gets round and its corners do

@@ -24,10 +24,10 @@ int run_validate(Arguments args) {
   Words unusable;  // a line for each plugin
   for (const std::string& file : files) {
     try {
-      const std::vector<std::string> doubts = validate_file(find_shipped(file), registry);
-      for (const std::string& doubt : doubts) std::cerr << "warning: " << file << ": " << doubt << '\n';
+      const std::vector<std::string> warnings = validate_file(find_shipped(file), registry);
+      for (const std::string& warning : warnings) std::cerr << "warning: " << file << ": " << warning << '\n';
       std::cout << file << ": good";
-      if (!doubts.empty()) std::cout << ", " << doubts.size() << (doubts.size() == 1 ? " warning" : " warnings");
+      if (!warnings.empty()) std::cout << ", " << warnings.size() << (warnings.size() == 1 ? " warning" : " warnings");
       std::cout << '\n';
     } catch (const InputError& e) {
       errors.add(e);

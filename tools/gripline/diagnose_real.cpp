@@ -57,7 +57,7 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   for (const Sessions* const all : {&files, &held_out})
     for (const measured::SessionFile& file : *all) {
       warn_of_findings(file.session.name, file);
-      warn_of_doubts(file.session.name, file);
+      warn_of_inconsistencies(file.session.name, file);
     }
   diagnose::use_once(files, held_out, [](const std::string& line) { std::cerr << line << '\n'; });
   const OutLock lock = open_out_folder(asked.out, "diagnosis", asked.force);

@@ -33,8 +33,8 @@ class Experiment {
   /// Runs it, writes and prints its results, judges its claims. Returns the program's exit code; throws InputError when
   /// the request does not fit the experiment.
   virtual int run(const ExperimentRequest& request) = 0;
-  /// What is allowed and hardly meant, one line each, for `gripline validate`.
-  virtual std::vector<std::string> doubts() const { return {}; }
+  /// Values that are allowed but implausible, one line each, for `gripline validate`.
+  virtual std::vector<std::string> plausibility_warnings() const { return {}; }
 };
 
 struct ExperimentKind {

@@ -154,7 +154,7 @@ void warn_of_findings(const std::string& log, const measured::SessionFile& file)
   }
 }
 
-void warn_of_doubts(const std::string& log, const measured::SessionFile& file) {
+void warn_of_inconsistencies(const std::string& log, const measured::SessionFile& file) {
   for (const auto& findings : {measured::constant_commands(file.session), measured::doubts_about(file)})
     for (const measured::Finding& f : findings)
       std::cerr << "warning: " << log << ": " << f.check << ' ' << f.found << ": " << f.done << '\n';

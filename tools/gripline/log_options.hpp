@@ -38,6 +38,6 @@ measured::LogMap map_option(const boost::program_options::variables_map& given, 
 /// table.
 void warn_of_findings(const std::string& log, const measured::SessionFile& file);
 /// Warns of commands that stay where they are and of channels that hardly fit the others.
-void warn_of_doubts(const std::string& log, const measured::SessionFile& file);
+void warn_of_inconsistencies(const std::string& log, const measured::SessionFile& file);
 
 }  // namespace gripline::tools

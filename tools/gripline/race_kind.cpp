@@ -13,7 +13,7 @@
 #include "experiment/result_files.hpp"
 #include "gripline/command.hpp"
 #include "gripline/experiment_kinds.hpp"
-#include "world/doubts.hpp"
+#include "world/plausibility.hpp"
 
 namespace gripline::tools {
 namespace {
@@ -140,7 +140,9 @@ class RaceExperiment final : public Experiment {
     if (!request.seeds_from.empty()) draw_seeds(request.seeds_from, chosen);
     return race_and_report(race_, chosen, registry_, request);
   }
-  std::vector<std::string> doubts() const override { return doubts_about(race_.world); }
+  std::vector<std::string> plausibility_warnings() const override {
+    return gripline::plausibility_warnings(race_.world);
+  }
 
  private:
   void draw_seeds(const std::string& text, RunSelection& chosen) {

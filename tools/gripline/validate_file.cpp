@@ -6,8 +6,8 @@
 #include "geometry/track_file.hpp"
 #include "gripline/experiment_kinds.hpp"
 #include "measured/session/log_map.hpp"
-#include "world/doubts.hpp"
 #include "world/friction_file.hpp"
+#include "world/plausibility.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline::tools {
@@ -17,22 +17,22 @@ std::vector<std::string> validate_file(const std::filesystem::path& file, const 
     load_track(file);
     return {};
   }
-  std::vector<std::string> doubts;
+  std::vector<std::string> warnings;
   const Node tree = load_json(file);
   Errors errors;
   switch (kind_of(tree)) {
     case FileKind::experiment:
-      doubts = read_experiment(file, {}, registry)->doubts();
+      warnings = read_experiment(file, {}, registry)->plausibility_warnings();
       break;
     case FileKind::world:
       if (const WorldSpec world = read_world(load_world(file), registry, errors, RoadRule::optional); errors.empty())
-        doubts = doubts_about(world);
+        warnings = plausibility_warnings(world);
       break;
     case FileKind::track:
       load_track(file);
       break;
     case FileKind::car:
-      doubts = doubts_about(read_car(tree, errors).car);
+      warnings = plausibility_warnings(read_car(tree, errors).car);
       check_known_params(tree, registry, errors);
       break;
     case FileKind::friction:
@@ -47,7 +47,7 @@ std::vector<std::string> validate_file(const std::filesystem::path& file, const 
                  "schedule (\"points\") or map of a log (\"channels\")");
   }
   errors.throw_if_any();
-  return doubts;
+  return warnings;
 }
 
 }  // namespace gripline::tools

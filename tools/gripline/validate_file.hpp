@@ -10,9 +10,9 @@
 namespace gripline::tools {
 
 /// Reads an experiment of any kind, a world, track (JSON or CSV), car, friction schedule or map of a log, and all files
-/// that it names, and drives nothing; plants are made, each in a process of its own, to doubt their grip. Throws
-/// InputError with all that is wrong, PluginError when a plugin is missing. Returns what is allowed and hardly meant,
-/// one line each (world/doubts.hpp).
+/// that it names, and drives nothing; plants are made, each in a process of its own, to check their grip. Throws
+/// InputError with all that is wrong, PluginError when a plugin is missing. Returns warnings of implausible
+/// values, one line each (world/plausibility.hpp).
 std::vector<std::string> validate_file(const std::filesystem::path& file, const Registry& registry);
 
 }  // namespace gripline::tools

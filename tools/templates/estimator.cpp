@@ -25,7 +25,7 @@ class NewPlugin final : public gripline::AutoDiffEffect<NewPlugin, gripline::Est
     c1_ += gain * phi[1];
   }
 
-  // What it believes of friction; here what it was told. `trusted` is the stack's to set.
+  // What it believes of friction; here the stack's mu_init. `trusted` is the stack's to set.
   gripline::Belief belief() const override { return belief_; }
 
   // The correction of the nominal model. T is double, or carries derivatives.

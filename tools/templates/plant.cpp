@@ -1,4 +1,4 @@
-// A single-track car that a world may drive: change it to yours. Plants alone are told the friction of the road.
+// A single-track car that a world may drive: change it to yours. Plants alone are given the friction of the road.
 #include <algorithm>
 #include <cmath>
 

@@ -77,7 +77,7 @@ struct PluginDecl {
   const ParamDecl* params;  ///< in the order in which values are passed
   std::size_t param_count;  ///< of them
   int precedence;           ///< order in which diagnose puts effects of one stage into a chain; lower acts first
-  /// What to drive so that a log tells this effect from others that look like it, as an imperative ("coast down from top
+  /// What to drive so that a log distinguishes this effect from similar ones, as an imperative ("coast down from top
   /// speed"); "" when nothing is advised. `diagnose` prints it.
   const char* advice;
   /// Makes an instance from param_count values. Returns a pointer to the interface of the kind (VehicleModel*,

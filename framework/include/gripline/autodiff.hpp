@@ -22,7 +22,7 @@ struct Point {
   const Place& at;            ///< when and where
   const T* memory;            ///< the effect's own states; null when it has none
   T* memory_rate;             ///< their rates [per s], to be written
-  const History<T>* history;  ///< commands up to this instant; null when there are none to ask
+  const History<T>* history;  ///< commands up to this instant; null when there are none
 };
 
 /// \cond
@@ -77,9 +77,9 @@ auto bind_kept(const KeptTables& kept, const T* values) {
 ///   void initial(const Point<double>& p, const Params<double>& k, std::span<double> memory) const;
 /// \endcode
 ///
-/// which fills its memory at the start of a run (else zero). One that asks p.history supplies
+/// which fills its memory at the start of a run (else zero). One that reads p.history supplies
 /// \code
-///   double delay(const Params<double>& k) const noexcept;   // how far back it asks [s]
+///   double delay(const Params<double>& k) const noexcept;   // the longest delay at which it does [s]
 /// \endcode
 template <class D, class Base = Effect>
 class AutoDiffEffect : public Base, public detail::KeptTables {
@@ -105,7 +105,7 @@ class AutoDiffEffect : public Base, public detail::KeptTables {
     }
   }
 
-  double look_back(std::span<const double> params) const noexcept override {
+  double max_delay(std::span<const double> params) const noexcept override {
     const D& self = static_cast<const D&>(*this);
     if constexpr (detail::HasDelay<D>)
       return self.delay(detail::bind_kept<D>(*this, params.data()));

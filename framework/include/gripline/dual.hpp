@@ -5,9 +5,9 @@
 /// T = Dual<N>. Dual8 is the width that crosses plugin boundaries: callers that need more directions call again with
 /// the next eight. Layout: N + 1 doubles, value first; nothing is allocated.
 ///
-/// Kinks: abs, min, max and comparisons act on the value and take the derivative of the branch chosen; at a tie the
-/// first argument (for abs: the positive branch) wins. atan2(0, 0) has derivative 0; so have sqrt, hypot and powers
-/// below 1 at 0, where theirs is infinite or none.
+/// Points without a derivative: abs, min, max and comparisons act on the value and take the derivative of the branch
+/// chosen; at a tie the first argument (for abs: the positive branch) wins. atan2(0, 0) has derivative 0; so have sqrt,
+/// hypot and powers below 1 at 0, where theirs is infinite or none.
 #pragma once
 
 #include <cmath>
@@ -248,7 +248,8 @@ SineCosine<Dual<N>> sine_cosine(const Dual<N>& angle) {
 /// \name Functions
 ///@{
 
-/// The standard function of the value, with its derivatives; the head of dual.hpp says what happens at kinks.
+/// The standard function of the value, with its derivatives; the head of dual.hpp says what it is where there is no
+/// derivative.
 template <int N>
 Dual<N> sin(const Dual<N>& x) {
   return chain(std::sin(x.v), std::cos(x.v), x);

@@ -51,9 +51,9 @@ class Effect {
   /// Number of its states that the host integrates per car (a lagged force, a temperature), always the same. Effects of
   /// Stage::reading have none.
   virtual int memory() const noexcept { return 0; }
-  /// How far back [s] it reads the commands with these parameters, 0 when it does not. `params` is as Points::params:
-  /// all of them in the order of declaration, 0 in the place of a table.
-  virtual double look_back(std::span<const double> /*params*/) const noexcept { return 0.0; }
+  /// The longest delay [s] at which it reads past commands (Points::history) with these parameters, 0 when it reads
+  /// none. `params` is as Points::params: all of them in the order of declaration, 0 in the place of a table.
+  virtual double max_delay(std::span<const double> /*params*/) const noexcept { return 0.0; }
   /// The memory at the start of a run, its steady value: fills memory[i * points.memory_stride + j] for instants i < n
   /// and states j < memory(), in the unit of each state. Called once per run, with all stages before this effect
   /// evaluated; points.memory and points.memory_rate are null, `memory` is zero on entry, which is what stays by
@@ -87,8 +87,8 @@ class Estimator : public Effect, public TyreCurve {
   /// Algorithm 1, lines 5 to 7: takes in one step. Called once in every step from the first, also while the stack still
   /// drives on the nominal model alone (before its adapt_after).
   virtual void update(const Sample& sample) = 0;
-  /// Algorithm 1, line 8: what it believes now. Until it learned anything that is the context's mu_init, or the
-  /// friction that a parameter of its own expects; a plugin that needs the truth may tell the true friction at any
+  /// Algorithm 1, line 8: its present estimate. Until it learned anything that is the context's mu_init, or the
+  /// friction that a parameter of its own expects; a plugin that needs the truth may return the true friction at any
   /// time. `trusted` is the stack's to set.
   virtual Belief belief() const = 0;
   /// By default it knows no tyre.

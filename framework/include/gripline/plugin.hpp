@@ -92,7 +92,7 @@ struct Description {
     copy.decl.precedence = value;
     return copy;
   }
-  /// Effects: what to drive so that a log tells this effect from others that look like it, as an imperative.
+  /// Effects: what to drive so that a log distinguishes this effect from similar ones, as an imperative.
   constexpr Description advice(const char* text) const {
     Description copy = *this;
     copy.decl.advice = text;

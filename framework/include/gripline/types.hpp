@@ -225,7 +225,7 @@ struct Points {
                                ///< it has none
   T* memory_rate = nullptr;    ///< to be written, arranged as memory: its rates [per s]
   std::size_t memory_stride = 0;        ///< from one instant to the next in memory and memory_rate
-  const History<T>* history = nullptr;  ///< commands up to each instant; null unless some effect looks back
+  const History<T>* history = nullptr;  ///< commands up to each instant; null unless some effect reads past ones
   Reading<T>* reading = nullptr;        ///< at Stage::reading: read and written; null at all other stages
 };
 
@@ -258,7 +258,7 @@ struct Sample {
   double ddelta_lag = 0;  ///< rate of that command less the rate at which the wheels turn then, likewise [rad/s]
 };
 
-/// What a stack believes of friction: peak lateral force of an axle over that axle's static load, and its standard
+/// A stack's estimate of friction: peak lateral force of an axle over that axle's static load, and its standard
 /// deviation.
 struct Belief {
   double mu_front = 1;     ///< [-]

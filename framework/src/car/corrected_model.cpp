@@ -13,7 +13,7 @@ CorrectedModel::CorrectedModel(StagedCar car, StepOptions options) : car_(std::m
 }
 
 void CorrectedModel::refresh() {
-  const double back = car_.look_back();
+  const double back = car_.max_delay();
   const int before = past_;
   past_ = back > 0.0 ? static_cast<int>(std::ceil(back / options_.dt - 1e-9)) + 1 : 0;
   if (options_.hold == Hold::foh) past_ = std::max(past_, 1);
@@ -36,8 +36,8 @@ template <class T>
 void CorrectedModel::load(Stepper<T>& stepper, std::size_t n, const T* rows, const T* inputs, std::size_t stride) {
   const auto memory = static_cast<std::size_t>(car_.memory());
   const auto past = static_cast<std::size_t>(past_);
-  const bool looks_back = past > 0;
-  stepper.resize(n, car_.memory(), options_.integration.tableau->stages, looks_back ? past_ + 1 : 0);
+  const bool reads_past = past > 0;
+  stepper.resize(n, car_.memory(), options_.integration.tableau->stages, reads_past ? past_ + 1 : 0);
   stepper.hold = options_.hold;
   stepper.past_dt = options_.dt;
   // The newest sample begins to act at the start of the step (zoh) or is reached at its end.
@@ -55,7 +55,7 @@ void CorrectedModel::load(Stepper<T>& stepper, std::size_t n, const T* rows, con
     ramp.begin = ramp.end;
     if (options_.hold != Hold::zoh) ramp.begin.delta = row[6];
     if (options_.hold == Hold::foh) ramp.begin.d = commands[2 * (past - 1)];
-    if (!looks_back) continue;
+    if (!reads_past) continue;
     CommandSample<T>* const samples = stepper.past.data() + i * (past + 1);
     for (std::size_t j = 0; j < past; ++j) samples[j] = {commands[2 * j], commands[2 * j + 1]};
     samples[past] = {d, delta};

@@ -24,8 +24,9 @@ struct StepBound {
   double wheelbase = 1;  ///< [m]
 };
 
-/// A row of x: State, the effects' memory, then the last commands (d, delta; oldest first) when an effect looks back or
-/// the hold needs them. The memory and past commands of the instant observed last are kept and moved on by advance().
+/// A row of x: State, the effects' memory, then the last commands (d, delta; oldest first) when an effect reads past
+/// commands or the hold needs them. The memory and past commands of the instant observed last are kept and moved on by
+/// advance().
 class CorrectedModel final : public Prediction {
  public:
   CorrectedModel(StagedCar car, StepOptions options);

@@ -99,10 +99,10 @@ void StagedCar::plan() {
       remembering_ = i + 1;
 }
 
-double StagedCar::look_back() const {
+double StagedCar::max_delay() const {
   double longest = 0.0;
   for (std::size_t i = 0; i < parts_.size(); ++i)
-    longest = std::max(longest, parts_[i].effect->look_back(std::span(params_).subspan(parts_[i].params)));
+    longest = std::max(longest, parts_[i].effect->max_delay(std::span(params_).subspan(parts_[i].params)));
   return longest;
 }
 

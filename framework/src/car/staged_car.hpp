@@ -43,8 +43,8 @@ class StagedCar {
   void add(const Effect& effect, std::vector<double> params, const std::string& name);
 
   int memory() const { return memory_; }
-  /// How far back the effects read the commands with the stored parameters [s].
-  double look_back() const;
+  /// The longest delay at which the effects read past commands with the stored parameters [s].
+  double max_delay() const;
 
   /// All parameters: the model's, then each effect's.
   std::span<const double> params() const { return params_; }

@@ -92,9 +92,10 @@ void Stepper<T>::advance(const StagedCar& car, const Tableau& method, double fro
 
 namespace {
 
-/// Into a step of dt [s], where commands that act late jump or bend, which no method steps over rightly; 0: nowhere.
-double late_kink(const StagedCar& car, double dt) {
-  const double delay = car.look_back();
+/// Time into a step of dt [s] at which delayed commands jump or change their rate: across such a breakpoint no
+/// Runge-Kutta method keeps its order. 0: none.
+double delayed_breakpoint(const StagedCar& car, double dt) {
+  const double delay = car.max_delay();
   return delay - dt * std::floor(delay / dt);
 }
 
@@ -103,15 +104,15 @@ double late_kink(const StagedCar& car, double dt) {
 template <class T>
 void Stepper<T>::step(const StagedCar& car, const Integration& integration, double dt, std::size_t n, const Place* at,
                       const T* params) {
-  constexpr double least = 1e-6;  // of a step, where the kink is one of its ends
+  constexpr double least = 1e-6;  // of a step, where the breakpoint is one of its ends
   const Tableau& method = *integration.tableau;
   const double h = dt / integration.substeps;
-  const double kink = past_ > 0 ? late_kink(car, dt) : 0.0;
+  const double breakpoint = past_ > 0 ? delayed_breakpoint(car, dt) : 0.0;
   for (int sub = 0; sub < integration.substeps; ++sub) {
-    const double from = sub * h, to_kink = kink - from;
-    if (to_kink > least * h && to_kink < (1.0 - least) * h) {
-      advance(car, method, from, to_kink, dt, n, at, params);
-      advance(car, method, kink, h - to_kink, dt, n, at, params);
+    const double from = sub * h, to_breakpoint = breakpoint - from;
+    if (to_breakpoint > least * h && to_breakpoint < (1.0 - least) * h) {
+      advance(car, method, from, to_breakpoint, dt, n, at, params);
+      advance(car, method, breakpoint, h - to_breakpoint, dt, n, at, params);
     } else {
       advance(car, method, from, h, dt, n, at, params);
     }

@@ -8,8 +8,8 @@
 
 namespace gripline {
 
-/// How a step is integrated: `substeps` equal steps of the method per control step of dt [s]; one in which a command
-/// that acts late changes is cut in two there.
+/// How a step is integrated: `substeps` equal steps of the method per control step of dt [s]; one in which a delayed
+/// command changes is cut in two there.
 struct Integration {
   const Tableau* tableau = find_tableau("rk4");
   int substeps = 1;
@@ -19,7 +19,7 @@ struct Integration {
 template <class T>
 class Stepper {
  public:
-  /// Makes room for n cars with this much memory each and commands looked back on over `past` samples.
+  /// Makes room for n cars with this much memory each and `past` samples of past commands.
   void resize(std::size_t n, int memory, int stages, int past);
 
   /// Filled by the caller before step(), overwritten with the state after it.
@@ -31,7 +31,7 @@ class Stepper {
     ActingCommand<T> begin, end;
   };
   std::vector<Ramp> ramp;              // n
-  std::vector<CommandSample<T>> past;  // n x past, oldest first, for effects that look back
+  std::vector<CommandSample<T>> past;  // n x past, oldest first, for effects that read past commands
   double past_offset = 0.0;            // time of the first past sample relative to the start of the step [s]
   double past_dt = 0.0;
   Hold hold = Hold::zoh;

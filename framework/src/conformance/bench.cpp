@@ -68,7 +68,7 @@ Observation Bench::observe(const State& x, double d, std::int64_t step) const {
   return now;
 }
 
-std::vector<abi::ParamValue> usual_values(const PluginEntry& entry) {
+std::vector<abi::ParamValue> nominal_values(const PluginEntry& entry) {
   std::vector<abi::ParamValue> values;
   for (const abi::ParamDecl& p : entry.params()) values.push_back({p.fit ? p.start : p.default_value, {}});
   return values;

@@ -78,7 +78,7 @@ class Bench {
   std::vector<Sample> samples_;
 };
 
-/// Values for a plugin's declared parameters: its defaults, those that `diagnose` fits where a fit would start.
-std::vector<abi::ParamValue> usual_values(const PluginEntry& entry);
+/// Nominal values of a plugin's declared parameters: its defaults, of those that `diagnose` fits the start of a fit.
+std::vector<abi::ParamValue> nominal_values(const PluginEntry& entry);
 
 }  // namespace gripline::conformance

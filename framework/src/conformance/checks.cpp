@@ -30,8 +30,8 @@ constexpr unsigned every_kind = (1u << abi::kind_count) - 1;
 
 using Tell = SendMessage;
 
-/// Asks a process of its own that has opened the library; what it told. Throws Broken when it broke a contract or did
-/// not come back.
+/// Asks a process of its own that has opened the library; what it answered. Throws Broken when it broke a contract or
+/// did not come back.
 std::vector<std::string> ask(const Workshop& workshop, const std::function<void(const Registry&, const Tell&)>& work) {
   const ChildResult result = run_in_child(patience_s, [&](const Tell& tell) {
     try {
@@ -60,8 +60,8 @@ std::vector<std::string> ask_instance(const Workshop& workshop, const Subject& s
   });
 }
 
-std::unique_ptr<Exercise> usual_exercise(const PluginEntry& entry, Bench& bench) {
-  return make_exercise(entry, bench, bench.context(entry), usual_values(entry));
+std::unique_ptr<Exercise> nominal_exercise(const PluginEntry& entry, Bench& bench) {
+  return make_exercise(entry, bench, bench.context(entry), nominal_values(entry));
 }
 
 void require_finite(const std::vector<double>& answers, const std::string& where) {
@@ -114,11 +114,11 @@ std::string check_manifest(const Workshop& workshop, const Subject& subject) {
     if (*decl.version == '\0') throw Broken("it has no version");
     if (*decl.summary == '\0') throw Broken("it has no sentence that says what it is");
     if (std::strchr(decl.summary, '\n') != nullptr) throw Broken("its summary has more than one line");
-    const bool may_be_told =
+    const bool may_have_truth =
         (bit(decl.kind) & (bit(abi::Kind::estimator) | bit(abi::Kind::planner) | bit(abi::Kind::controller))) != 0;
-    if (entry.needs_truth() && !may_be_told)
+    if (entry.needs_truth() && !may_have_truth)
       throw Broken("needs_truth() is for estimators, planners and controllers; no " +
-                   std::string(kind_name(decl.kind)) + " is told the truth");
+                   std::string(kind_name(decl.kind)) + " is given the ground truth");
     std::set<std::string> names;
     for (const abi::ParamDecl& p : entry.params()) check_param(p, names);
   });
@@ -127,7 +127,7 @@ std::string check_manifest(const Workshop& workshop, const Subject& subject) {
 
 /// Every number at both ends of its range: made, or refused in words.
 std::string check_parameters(const Workshop& workshop, const Subject& subject) {
-  const std::vector<std::string> told =
+  const std::vector<std::string> answers =
       ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell& tell) {
         constexpr double enough_s = 2;
 #if !defined(__SANITIZE_ADDRESS__)                 // which reserves terabytes
@@ -136,7 +136,7 @@ std::string check_parameters(const Workshop& workshop, const Subject& subject) {
         setrlimit(RLIMIT_AS, &limit);
 #endif
         tell("with the defaults");
-        usual_exercise(entry, bench);
+        nominal_exercise(entry, bench);
         int asked = 0, all = 0;
         for (std::size_t i = 0; i < entry.params().size(); ++i) {
           const abi::ParamDecl& p = entry.params()[i];
@@ -147,7 +147,7 @@ std::string check_parameters(const Workshop& workshop, const Subject& subject) {
             if (thread_cpu_s() > enough_s) continue;
             ++asked;
             tell(std::string("with ") + p.name + " = " + significant(end, 4));
-            std::vector<abi::ParamValue> values = usual_values(entry);
+            std::vector<abi::ParamValue> values = nominal_values(entry);
             values[i].number = end;
             try {
               make_exercise(entry, bench, bench.context(entry), values)->step(0, nullptr);
@@ -159,7 +159,7 @@ std::string check_parameters(const Workshop& workshop, const Subject& subject) {
         }
         tell(asked == all ? "" : std::to_string(asked) + " of " + std::to_string(all) + " ends in the time there is");
       });
-  return told.back();
+  return answers.back();
 }
 
 /// 400 samples of the drive, or those that take a second and a half of CPU: a correction worth checking.
@@ -171,7 +171,7 @@ void teach(Estimator& estimator, Bench& bench) {
 
 std::string check_derivatives(const Workshop& workshop, const Subject& subject) {
   ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell&) {
-    const std::vector<abi::ParamValue> values = usual_values(entry);
+    const std::vector<abi::ParamValue> values = nominal_values(entry);
     const PluginContext context = bench.context(entry);
     const auto require_exact = [&](const void* instance) {
       if (const std::string problem = derivative_problem(*formula_of(entry.decl->kind, instance, entry, values));
@@ -193,7 +193,7 @@ std::string check_derivatives(const Workshop& workshop, const Subject& subject) 
 
 std::string check_finite(const Workshop& workshop, const Subject& subject) {
   ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell&) {
-    const auto exercise = usual_exercise(entry, bench);
+    const auto exercise = nominal_exercise(entry, bench);
     std::vector<double> answers;
     for (std::int64_t k = 0; k < 20; ++k) exercise->step(k, &answers);
     require_finite(answers, "on an ordinary step");
@@ -210,7 +210,7 @@ std::string check_finite(const Workshop& workshop, const Subject& subject) {
 
 std::string check_batch(const Workshop& workshop, const Subject& subject) {
   ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell&) {
-    const std::vector<abi::ParamValue> values = usual_values(entry);
+    const std::vector<abi::ParamValue> values = nominal_values(entry);
     const auto require_same = [&](const void* instance) {
       if (const std::string problem = batch_problem(*formula_of(entry.decl->kind, instance, entry, values));
           !problem.empty())
@@ -235,7 +235,7 @@ std::int64_t affordable_steps(const Workshop& workshop, const Subject& subject) 
   const std::string spent =
       ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell& tell) {
         constexpr std::int64_t steps = 20;
-        const auto exercise = usual_exercise(entry, bench);
+        const auto exercise = nominal_exercise(entry, bench);
         const double begin = thread_cpu_s();
         for (std::int64_t k = 0; k < steps; ++k) exercise->step(k, nullptr);
         tell(significant((thread_cpu_s() - begin) / steps, 4));
@@ -247,7 +247,7 @@ std::int64_t affordable_steps(const Workshop& workshop, const Subject& subject) 
 std::string trace(const Workshop& workshop, const Subject& subject, std::int64_t steps) {
   return ask_instance(workshop, subject,
                       [&](const PluginEntry& entry, Bench& bench, const Tell& tell) {
-                        const auto exercise = usual_exercise(entry, bench);
+                        const auto exercise = nominal_exercise(entry, bench);
                         std::vector<double> answers;
                         for (std::int64_t k = 0; k < steps; ++k) exercise->step(k, &answers);
                         tell(fingerprint(answers));
@@ -267,9 +267,9 @@ std::string check_isolated(const Workshop& workshop, const Subject& subject) {
   const std::string alone = trace(workshop, subject, steps);
   const std::string beside =
       ask_instance(workshop, subject, [&](const PluginEntry& entry, Bench& bench, const Tell& tell) {
-        const auto other = usual_exercise(entry, bench);
+        const auto other = nominal_exercise(entry, bench);
         for (std::int64_t k = 0; k < steps / 8; ++k) other->step(k + 77, nullptr);
-        const auto exercise = usual_exercise(entry, bench);
+        const auto exercise = nominal_exercise(entry, bench);
         std::vector<double> answers;
         for (std::int64_t k = 0; k < steps; ++k) {
           if (k < steps / 3) other->step(k + 117, nullptr);
@@ -285,7 +285,7 @@ std::string check_isolated(const Workshop& workshop, const Subject& subject) {
 /// Const calls from four threads at once give what they give from one.
 std::string check_threads(const Workshop& workshop, const Subject& subject) {
   ask_instance(workshop, subject, [](const PluginEntry& entry, Bench& bench, const Tell&) {
-    const auto exercise = usual_exercise(entry, bench);
+    const auto exercise = nominal_exercise(entry, bench);
     for (std::int64_t k = 0; k < 30; ++k) exercise->step(k, nullptr);
     std::vector<double> serial;
     exercise->ask(&serial);
@@ -314,13 +314,13 @@ std::string check_threads(const Workshop& workshop, const Subject& subject) {
 std::string check_truth(const Workshop& workshop, const Subject& subject) {
   const auto run = [&](bool always_truth) {
     ask_instance(workshop, subject, [&](const PluginEntry& entry, Bench& bench, const Tell&) {
-      const auto exercise = make_exercise(entry, bench, bench.context(entry, always_truth), usual_values(entry));
+      const auto exercise = make_exercise(entry, bench, bench.context(entry, always_truth), nominal_values(entry));
       for (std::int64_t k = 0; k < 30; ++k) exercise->step(k, nullptr);
     });
   };
   if (subject.needs_truth) {
     run(false);
-    return "is told the truth: its rows are marked *";
+    return "is given the ground truth: its rows are marked *";
   }
   try {
     run(false);
@@ -341,7 +341,7 @@ std::string check_truth(const Workshop& workshop, const Subject& subject) {
 std::string check_allocation(const Workshop& workshop, const Subject& subject) {
   if (workshop.allocations == nullptr) return "not counted here";
   ask_instance(workshop, subject, [&](const PluginEntry& entry, Bench& bench, const Tell&) {
-    const auto exercise = usual_exercise(entry, bench);
+    const auto exercise = nominal_exercise(entry, bench);
     constexpr double enough_s = 1;
     std::int64_t k = 0, counted = 0;
     for (const double begin = thread_cpu_s(); k < 150 && thread_cpu_s() - begin < enough_s; ++k)
@@ -359,7 +359,7 @@ std::string check_learns(const Workshop& workshop, const Subject& subject) {
   return ask_instance(
              workshop, subject,
              [](const PluginEntry& entry, Bench& bench, const Tell& tell) {
-               const Learned learned = learn(entry, bench, usual_values(entry));
+               const Learned learned = learn(entry, bench, nominal_values(entry));
                constexpr std::array names = {"vx", "vy", "omega"};
                bool nothing = true;
                std::string words;
@@ -374,10 +374,10 @@ std::string check_learns(const Workshop& workshop, const Subject& subject) {
                }
                const Belief& b = learned.belief;
                for (const double mu : {b.mu_front, b.mu_rear})
-                 if (!(mu > 0.01 && mu < 10)) throw Broken("believes in a friction of " + significant(mu, 4));
+                 if (!(mu > 0.01 && mu < 10)) throw Broken("estimates a friction of " + significant(mu, 4));
                const std::string left =
                    nothing ? "changes nothing of the model" : words + " of the residuals of vx, vy, omega are left";
-               tell((learned.cut_short ? "taught a part of the drive only, not judged: " : "") + left);
+               tell((learned.cut_short ? "trained on a part of the drive only, not judged: " : "") + left);
              })
       .back();
 }
@@ -386,7 +386,7 @@ std::string check_bounds(const Workshop& workshop, const Subject& subject) {
   return ask_instance(
              workshop, subject,
              [](const PluginEntry& entry, Bench& bench, const Tell& tell) {
-               const Lap lap = drive_lap(entry, bench, usual_values(entry));
+               const Lap lap = drive_lap(entry, bench, nominal_values(entry));
                constexpr double slack = 1e-6;
                if (lap.largest_d > slack)
                  throw Broken("asks for throttle beyond the car's limits by " + significant(lap.largest_d, 4));
@@ -419,7 +419,7 @@ std::string check_growth(const Workshop& workshop, const Subject& subject) {
                         };
                         constexpr std::int64_t steps = 100'000;
                         constexpr double enough_s = 2;
-                        const auto exercise = usual_exercise(entry, bench);
+                        const auto exercise = nominal_exercise(entry, bench);
                         const double begin = thread_cpu_s();
                         std::int64_t k = 0, warm = 0;
                         double before = held();

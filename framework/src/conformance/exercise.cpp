@@ -24,7 +24,7 @@ class FormulaExercise : public Exercise {
       : instance_(create<Interface>(entry, context, values)),
         formula_(formula_of(entry.decl->kind, instance_.get(), entry, values)),
         width_(formula_->inputs().size()),
-        rows_(usual_rows(*formula_, instants, 11)),
+        rows_(driving_rows(*formula_, instants, 11)),
         prepared_(formula_->prepare(instants, rows_)) {}
   void step(std::int64_t k, Answers answers) override {
     if (answers == nullptr) return prepared_->run();
@@ -68,7 +68,7 @@ class EstimatorExercise final : public Exercise {
       : bench_(bench),
         estimator_(create<Estimator>(entry, context, values)),
         formula_(formula_of(abi::Kind::estimator, estimator_.get(), entry, values)),
-        rows_(usual_rows(*formula_, instants, 11)),
+        rows_(driving_rows(*formula_, instants, 11)),
         prepared_(formula_->prepare(instants, rows_)) {}
   void step(std::int64_t k, Answers answers) override {
     Sample sample = bench_.sample(k);

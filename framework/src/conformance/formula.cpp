@@ -81,7 +81,7 @@ class PluginFormula final : public Formula {
     if (effect_ == nullptr) return;
     reading_ = effect_->stage() == Stage::reading;
     memory_ = static_cast<std::size_t>(effect_->memory());
-    past_ = effect_->look_back(all_) > 0 ? past_samples : 0;
+    past_ = effect_->max_delay(all_) > 0 ? past_samples : 0;
   }
 
   std::vector<std::string> inputs() const override {
@@ -109,11 +109,11 @@ class PluginFormula final : public Formula {
   }
   void evaluate_none() const override {
     Batch<double> plain;
-    load(plain, 1, usual_rows(*this, 1, 3), numbers_, 0);
+    load(plain, 1, driving_rows(*this, 1, 3), numbers_, 0);
     plain.points.n = 0;
     call(plain.points);
     Batch<Dual8> dual;
-    const std::vector<double> row = usual_rows(*this, 1, 3);
+    const std::vector<double> row = driving_rows(*this, 1, 3);
     load<Dual8>(dual, 1, {row.begin(), row.end()}, {numbers_.begin(), numbers_.end()}, 0);
     dual.points.n = 0;
     call(dual.points);
@@ -249,8 +249,8 @@ std::vector<double> row_of(const Formula& formula, const std::array<double, 7>& 
   return row;
 }
 
-/// Derivatives of one instant by one variable against differences of several steps and sides, so that a kink nearby is
-/// no failure.
+/// Derivatives of one instant by one variable against differences of several steps and sides, so that a point without a
+/// derivative nearby is no failure.
 class DerivativeCheck {
  public:
   DerivativeCheck(const Formula& formula, std::vector<double> row)
@@ -329,7 +329,7 @@ std::unique_ptr<Formula> formula_of(abi::Kind kind, const void* instance, const 
   return std::make_unique<PluginFormula>(model, effect, entry, values);
 }
 
-std::vector<double> usual_rows(const Formula& formula, std::size_t n, unsigned seed) {
+std::vector<double> driving_rows(const Formula& formula, std::size_t n, unsigned seed) {
   std::mt19937_64 random(seed);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
   std::vector<double> rows;
@@ -359,7 +359,7 @@ const char* edge_name(std::size_t row) {
 
 std::string batch_problem(const Formula& formula) {
   constexpr std::size_t instants = 17;
-  const std::vector<double> rows = usual_rows(formula, instants, 5);
+  const std::vector<double> rows = driving_rows(formula, instants, 5);
   const std::size_t width = formula.inputs().size();
   const std::vector<std::string> outputs = formula.outputs();
   const std::vector<double> together = formula.evaluate(instants, rows, formula.values());
@@ -379,7 +379,7 @@ std::string batch_problem(const Formula& formula) {
 
 std::string derivative_problem(const Formula& formula) {
   constexpr std::size_t instants = 12;
-  const std::vector<double> rows = usual_rows(formula, instants, 7);
+  const std::vector<double> rows = driving_rows(formula, instants, 7);
   const std::size_t width = formula.inputs().size();
   for (std::size_t i = 0; i < instants; ++i) {
     const auto from = rows.begin() + static_cast<std::ptrdiff_t>(i * width);

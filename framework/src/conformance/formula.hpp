@@ -44,12 +44,12 @@ class Formula {
 std::unique_ptr<Formula> formula_of(abi::Kind kind, const void* instance, const PluginEntry& entry,
                                     const std::vector<abi::ParamValue>& values);
 
-/// Rows of instants a 1:43 car could be in, seeded: driving, sliding, steering; all quantities different.
-std::vector<double> usual_rows(const Formula& formula, std::size_t n, unsigned seed);
-/// Rows at the edge of what happens: standstill, reverse, full lock, spinning, sideways.
+/// Rows of operating points of a 1:43 car, drawn from `seed`: driving, sliding, steering; all quantities different.
+std::vector<double> driving_rows(const Formula& formula, std::size_t n, unsigned seed);
+/// Rows of extreme operating points: standstill, reverse, full lock, spinning, sideways.
 std::vector<double> edge_rows(const Formula& formula);
 inline constexpr std::size_t edge_count = 6;
-/// Words for one of the edges.
+/// Words for one of them.
 const char* edge_name(std::size_t row);
 
 /// The first number by which a batch differs from its instants one by one, in words; empty when none does.

@@ -15,7 +15,8 @@ constexpr ColumnDoc identity[] = {
     {"runs.csv table.csv pairs.csv", "stack", "", "", "row of the experiment"},
     {"runs.csv", "seed", "", "", "of the run"},
     {"runs.csv", "status", "", "", "how the run ended: finished, crashed, stuck, timeout, plugin_error, error"},
-    {"runs.csv table.csv", "needs_truth", "1", "", "1: was told the truth, and is marked * wherever it is shown"},
+    {"runs.csv table.csv", "needs_truth", "1", "",
+     "1: is given the ground truth, and is marked * wherever it is shown"},
 };
 
 // Behind the columns that are measured (race_columns.hpp).
@@ -51,7 +52,7 @@ constexpr ColumnDoc others[] = {
      "throttle that acts behind the plant's actuators; of a plant that is a plugin the one commanded"},
     {"steps.csv", "delta_applied_rad", "rad", "",
      "road wheel angle that acts behind the plant's actuators; of a plant that is a plugin the one commanded"},
-    {"steps.csv", "mu_belief_front", "1", "", "believed peak lateral force of the front axle over its static load"},
+    {"steps.csv", "mu_belief_front", "1", "", "estimated peak lateral force of the front axle over its static load"},
     {"steps.csv", "mu_belief_rear", "1", "", "the same of the rear axle"},
     {"steps.csv", "mu_true", "1", "", "true friction of the car"},
     {"steps.csv", "s_m", "m", "", "station on the centre line"},

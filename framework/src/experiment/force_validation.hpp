@@ -16,7 +16,7 @@ struct ForceScores {
   std::string unjudged;  // rows that had no lap to judge, as "gp (0 laps driven)"; empty: none
 };
 
-/// What a row without a lap is told.
+/// The message for a row without a lap.
 std::string no_lap_to_judge(const std::string& rows);
 
 /// Races those of the rows that have an estimator and compares, over the first full lap after a stack trusts what it

@@ -69,7 +69,7 @@ constexpr RaceColumn columns[] = {
     {all, "violation_body_after_adapt_s", "s", median, true, "violation_body_s from that moment",
      of_summary<&RunSummary::violation_body_after_adapt_s>},
     {all, "mu_rmse", "1", median, true,
-     "root mean square of believed minus true friction while the stack trusts its belief",
+     "root mean square of estimated minus true friction while the stack trusts its estimate",
      of_summary<&RunSummary::mu_rmse>},
     {all, "mu_visited_rmse", "1", median, true,
      "the same against the friction at the slips reached so far, from two laps after the stack began to trust",

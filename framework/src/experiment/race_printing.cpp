@@ -191,7 +191,7 @@ void print_legend(std::ostream& out, const PrintedTable& table) {
   if (table.any_range)
     out << (table.any_interval ? "range, or \"of\" fewer than " : "range, of fewer than ") << least_for_interval
         << " runs: smallest and largest. ";
-  if (table.any_truth) out << "* was told the truth. ";
+  if (table.any_truth) out << "* is given the ground truth. ";
   out << "outside: time with the centre of gravity off the track; corner out: with a corner of the car; out, adapted: "
          "outside after the stack adapted.\n";
 }

@@ -11,9 +11,9 @@ namespace {
 
 void check_closure(const Pose& origin, const Pose& end, double closure) {
   const double gap = std::hypot(end.x - origin.x, end.y - origin.y);
-  const double kink = std::abs(wrap_angle(end.yaw - origin.yaw));
+  const double turn = std::abs(wrap_angle(end.yaw - origin.yaw));
   constexpr double degrees = 180.0 / std::numbers::pi;
-  if (!(kink <= closure)) {
+  if (!(turn <= closure)) {
     throw GeometryError(
         format("the segments do not close: the last ends with heading %.6g deg, the first begins with %.6g deg",
                wrap_angle(end.yaw) * degrees, wrap_angle(origin.yaw) * degrees));

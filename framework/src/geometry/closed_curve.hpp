@@ -13,7 +13,8 @@ namespace gripline {
 /// threads at once. A located place satisfies (x, y) = point(s) + n * (-sin yaw, cos yaw).
 class ClosedCurve {
  public:
-  /// Straights and arcs; `closure` is the largest gap [m] and kink [rad] between the last segment and the first.
+  /// Straights and arcs; `closure` is the largest gap [m] and heading difference [rad] between the last segment and the
+  /// first.
   static ClosedCurve from_segments(const Pose& origin, std::span<const Segment> segments, double closure = 1e-5) {
     return ClosedCurve(ArcPath(origin, segments, closure));
   }

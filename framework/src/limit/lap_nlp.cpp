@@ -14,7 +14,7 @@ using Ipopt::Number;
 
 constexpr int V = lap_variables, S = lap_states, corners = 4;
 constexpr double unbounded = 2e19;
-constexpr double kink = 0.002;  // half width over which drive goes over to braking [-]
+constexpr double smoothing = 0.002;  // half width of d over which drive is blended into braking [-]
 
 /// Typical sizes: Ipopt sees variables and constraints of order one.
 struct Scales {
@@ -237,7 +237,7 @@ class LapNlp final : public Ipopt::TNLP {
   /// What an interval asks of the tyres, by the scaled variables.
   Dual8 used(Index k, const double* z) const {
     const auto variable = [&](int j) { return scales_.z[j] * Dual8::variable(z[j], j); };
-    const Dual8 d = variable(lap_d), throttle = 0.5 * (d + sqrt(d * d + kink * kink));
+    const Dual8 d = variable(lap_d), throttle = 0.5 * (d + sqrt(d * d + smoothing * smoothing));
     return p_.plant.used(variable(lap_vx), variable(lap_omega), throttle, d - throttle,
                          p_.mesh.places[static_cast<std::size_t>(k)]);
   }
@@ -265,7 +265,7 @@ class LapNlp final : public Ipopt::TNLP {
       return scales_.z[j] * value;
     };
     for (std::size_t k = 0; k < count; ++k) {
-      const Dual8 d = variable(k, lap_d), drive = 0.5 * (d + sqrt(d * d + kink * kink));
+      const Dual8 d = variable(k, lap_d), drive = 0.5 * (d + sqrt(d * d + smoothing * smoothing));
       const Dual8 throttles[] = {drive, d - drive, Dual8(0.0)};
       for (std::size_t part = 0; part < 3; ++part) {
         const std::size_t row = part * count + k;

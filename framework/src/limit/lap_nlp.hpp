@@ -12,8 +12,8 @@
 // The change of the independent variable is that of Lot, Biral, "A curvilinear abscissa approach for the lap time
 // optimization of racing vehicles" (2014). Slips have no bound: this car may drift.
 //
-// Drive and brake are different formulas, with a kink at d = 0 that a Newton method does not like. Hence the rates are
-// r(d+) + r(d-) - r(0) with d+ = (d + sqrt(d^2 + e^2)) / 2, d- = d - d+; e = 0.002.
+// Drive and brake are different formulas, whose slopes differ at d = 0, where a Newton method needs smooth ones. Hence
+// the rates are r(d+) + r(d-) - r(0) with d+ = (d + sqrt(d^2 + e^2)) / 2, d- = d - d+; e = 0.002.
 #pragma once
 
 #include "limit/lap_car.hpp"

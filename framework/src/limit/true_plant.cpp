@@ -41,7 +41,7 @@ template <class T>
 void TruePlant::rates(std::span<const T> motion, std::span<const ActingCommand<T>> command, std::span<const Place> at,
                       std::span<T> rate) const {
   const std::size_t n = command.size();
-  // Commands have always been what they are now, for effects that look back.
+  // Commands have always been what they are now, for effects that read past ones.
   std::vector<CommandSample<T>> samples;
   std::vector<History<T>> history;
   samples.reserve(n);

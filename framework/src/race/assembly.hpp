@@ -19,9 +19,9 @@ struct RaceSetup {
   void* preparing_context = nullptr;
 };
 
-/// What a stack is told of a world that was not made: neither course nor truth is there. For offline work.
+/// What a stack is given of a world that was not made: neither course nor truth is there. For offline work.
 StackContext stack_context(const WorldSpec& spec, std::uint64_t seed);
-/// What a stack is told of its world; the truth reaches only plugins that declare they need it (stack.cpp). Of `setup`
+/// What a stack is given of its world; the truth reaches only plugins that declare they need it (stack.cpp). Of `setup`
 /// the folder is not used.
 StackContext stack_context(const World& world, const RaceSetup& setup);
 

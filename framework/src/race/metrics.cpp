@@ -64,13 +64,13 @@ void Metrics::lap(double ended) {
 void Metrics::add_friction_error(const Belief& belief) {
   const double driven = world_.covered() / world_.track().length();
   if (!trusted_since_) trusted_since_ = driven;
-  const double believed = total_mu(belief, world_.spec().car.car);
-  const double error = believed - mu_true();
+  const double estimated = total_mu(belief, world_.spec().car.car);
+  const double error = estimated - mu_true();
   mu_square_.add(error * error);
   bias_.add(error);
   if (driven < *trusted_since_ + 2) return;
   const double visited = world_.truth().factor() * (largest_force_[0] + largest_force_[1]) / car_weight_;
-  visited_square_.add((believed - visited) * (believed - visited));
+  visited_square_.add((estimated - visited) * (estimated - visited));
 }
 
 void Metrics::start(bool solved) {

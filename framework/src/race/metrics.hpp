@@ -24,8 +24,9 @@ struct RunSummary {
   std::optional<double> hilly_deviation_m;     // mean_deviation_m where the road is steeper than 3 %; empty if nowhere
   double violation_s = 0, violation_body_s = 0;
   std::optional<double> violation_after_adapt_s, violation_body_after_adapt_s;
-  /// Root mean square of believed total mu against mu_true over every step at which the stack trusts what it learned;
-  /// against mu_visited from two lap lengths of way after that moment on. Bias: believed minus true, as mu_rmse.
+  /// Root mean square of the estimated total mu against mu_true over every step at which the stack trusts what it
+  /// learned; against mu_visited from two lap lengths of way after that moment on. Bias: estimated minus true, as
+  /// mu_rmse.
   std::optional<double> mu_rmse, mu_visited_rmse, mu_bias;
   double plan_latency_s = 0;  // SpeedPlanner::latency
   std::int64_t solver_failures = 0, steps = 0;

@@ -12,7 +12,7 @@ namespace {
 std::string cache_of(const PluginSpec& spec, const std::string& cache_dir) {
   if (cache_dir.empty() || spec.empty()) return {};
   const std::string hash = sha256_of_file(spec.entry->library).substr(0, 16);
-  // A plugin that is told the truth has a folder of its own: no other plugin of its library reads from it.
+  // A plugin that is given the ground truth has a folder of its own: no other plugin of its library reads from it.
   return cache_dir + "/" + spec.entry->library.stem().string() + "-" + hash +
          (spec.entry->needs_truth() ? "-told" : "");
 }
@@ -28,7 +28,7 @@ Instance<Interface> create_for(const PluginSpec& spec, PluginContext context, co
 
 void refuse_truth(const PluginSpec& plugin, const Node& node, Errors& errors) {
   if (!plugin.empty() && plugin.entry->needs_truth())
-    errors.add(node.origin, "\"" + plugin.id() + "\" knows the truth; a stack's nominal model must not");
+    errors.add(node.origin, "\"" + plugin.id() + "\" is given the ground truth; a stack's nominal model must not be");
 }
 
 PluginSpec read_role(ObjectReader& r, const char* key, abi::Kind kind, const Registry& registry, bool required) {
@@ -39,22 +39,22 @@ PluginSpec read_role(ObjectReader& r, const char* key, abi::Kind kind, const Reg
   return spec;
 }
 
-/// What a stack is told of its world's car: {"m", "Iz", "lf", "lr", "known_params"}, each where it differs.
-CarFile read_told_car(const Node& node, const CarFile& car, Errors& errors) {
+/// The car's constants as the stack states them: {"m", "Iz", "lf", "lr", "known_params"}, each where it differs.
+CarFile read_stated_car(const Node& node, const CarFile& car, Errors& errors) {
   const std::size_t before = errors.added();
   ObjectReader r(node, errors);
-  CarFile told = car;
+  CarFile stated = car;
   const auto positive = [&](const char* name, const char* unit, double& value) {
-    value = told.known[name] = r.number(name, unit, NumberRange::positive(), value);
+    value = stated.known[name] = r.number(name, unit, NumberRange::positive(), value);
   };
-  positive("m", "kg", told.car.m);
-  positive("Iz", "kg m2", told.car.Iz);
-  positive("lf", "m", told.car.lf);
-  positive("lr", "m", told.car.lr);
-  read_known_params(r, told.known, errors);
+  positive("m", "kg", stated.car.m);
+  positive("Iz", "kg m2", stated.car.Iz);
+  positive("lf", "m", stated.car.lf);
+  positive("lr", "m", stated.car.lr);
+  read_known_params(r, stated.known, errors);
   r.finish();
-  if (errors.added() != before) told.known_at.reset();
-  return told;
+  if (errors.added() != before) stated.known_at.reset();
+  return stated;
 }
 
 }  // namespace
@@ -83,14 +83,14 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
   ObjectReader r(node, errors);
   StackSpec spec;
   spec.name = name;
-  CarFile told = car;
+  CarFile stated = car;
   if (r.has("car")) {
-    told = read_told_car(*r.find("car"), car, errors);
+    stated = read_stated_car(*r.find("car"), car, errors);
     check_known_params(*r.find("car"), registry, errors);
-    spec.car = told.car;
+    spec.car = stated.car;
   }
   if (const Node* model = r.require("model", "a vehicle model"); model != nullptr) {
-    spec.model = read_vehicle(*model, registry, told, "rk4", errors, Readings::unread);
+    spec.model = read_vehicle(*model, registry, stated, "rk4", errors, Readings::unread);
     refuse_truth(spec.model.model, *model, errors);
     for (const PluginSpec& effect : spec.model.effects) refuse_truth(effect, *model, errors);
   }
@@ -101,7 +101,7 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
   spec.careful_until = r.number("careful_until", "s", NumberRange::non_negative(), 0.0);
   spec.mu_init = r.number("mu_init", "1", NumberRange::closed(0.01, 10.0), 1.0);
   if (const Node* filter = r.find("state_filter"); filter != nullptr) {
-    spec.state_filter = read_state_filter(*filter, told.car, errors);
+    spec.state_filter = read_state_filter(*filter, stated.car, errors);
     spec.state_filter_at = filter->origin;
   }
   r.finish();

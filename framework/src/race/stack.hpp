@@ -15,12 +15,12 @@ namespace gripline {
 
 struct StackSpec {
   std::string name;
-  std::optional<Car> car;  // what it is told of the car where that is not the world's
+  std::optional<Car> car;  // the car as the stack states it, where that is not the world's
   VehicleSpec model;
   PluginSpec estimator;  // may be empty
   PluginSpec planner, controller;
   double adapt_after = 0.0;    // [s] from then on the learned correction is part of the model
-  double careful_until = 0.0;  // [s] until then plans are made for mu_init all the same
+  double careful_until = 0.0;  // [s] until then plans are still made for mu_init
   double mu_init = 1.0;
   std::optional<StateFilterSpec> state_filter;  // planner and controller act on the readings where there is none
   Origin state_filter_at;                       // where it is written
@@ -31,14 +31,14 @@ StackSpec read_stack(const std::string& name, const Node& node, const Registry& 
 /// Refuses sensors that the stack's filter would take wrongly: those with delays.
 void check_sensors(const StackSpec& stack, const SensorSpec& sensors, Errors& errors);
 
-/// What the stack believes now: Algorithm 1, lines 8-13.
+/// The stack's present model and friction estimate: Algorithm 1, lines 8-13.
 struct StackBelief {
   CorrectedModel* model;  // f_nom until adapt_after, f_corr from then on
   Belief mu;
   const TyreCurve* learned;  // null until mu is trusted
 };
 
-/// What a stack is told of the world it drives in. `truth` reaches only plugins that declare they need it.
+/// What a stack is given of the world it drives in. `truth` reaches only plugins that declare they need it.
 struct StackContext {
   Car car;
   double dt = 0.02;
@@ -51,7 +51,7 @@ struct StackContext {
   void* progress_context = nullptr;
 };
 
-/// What the plugins of a stack are told: of its car by the stack, of all else by the world. Nominal model, truth and
+/// What the plugins of a stack are given: of its car by the stack, of all else by the world. Nominal model, truth and
 /// cache are added for each of them.
 PluginContext plugin_context(const StackSpec& spec, const StackContext& world);
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::array<double State::*, 6> members = {&State::x,  &State::y,  &State::yaw,
                                                     &State::vx, &State::vy, &State::omega};
-constexpr double doubtful = 3.0;  // standard deviations
+constexpr double gate = 3.0;  // of an innovation, in its standard deviations
 
 using Covariance = Eigen::Matrix<double, 6, 6>;
 
@@ -70,7 +70,7 @@ void StateFilter::update(const State& reading, const ChannelSet& read) {
     const auto at = static_cast<std::size_t>(i);
     if (!read[at]) continue;
     const double noise = spec_.sigma[at] * spec_.sigma[at], off = reading.*members[at] - x_.*members[at];
-    if (off * off > doubtful * doubtful * (P(i, i) + noise)) P(i, i) = off * off;
+    if (off * off > gate * gate * (P(i, i) + noise)) P(i, i) = off * off;
     const double total = P(i, i) + noise;
     if (!(total > 0.0)) {
       x_.*members[at] = reading.*members[at];

@@ -1,5 +1,5 @@
 // The state that planner and controller act on where a stack filters what its sensors show: an extended Kalman filter
-// over the six channels, with the model that the stack believes.
+// over the six channels, with the stack's present model.
 //
 //   predict   x- = f(x+, u),  P- = A P+ A' + Q        f, A: one step of the model with its exact derivative
 //   update    per channel i: k = P e_i / (P_ii + sigma_i^2),  x += k (z_i - x_i),  P -= k e_i' P

@@ -7,7 +7,7 @@
 //
 // OUT/scene.json, once per experiment:
 //   {"name": "table1", "kind": "race", "world": "ethz_wear", "note": "...", "dt": 0.02, "laps": 4,
-//    "told": ["oracle"],      stacks that were told the truth
+//    "told": ["oracle"],      stacks that are given the ground truth
 //    "car": {"m": 0.041, "lf": 0.029, "lr": 0.033, "length": 0.06, "width": 0.03}}
 // OUT/track.csv, once per experiment, closed, the first point not repeated, at most about 2000 points:
 //   s_m,x_m,y_m,left_x_m,left_y_m,right_x_m,right_y_m

@@ -219,7 +219,7 @@ FigureFile friction(const std::vector<RunSeries>& runs) {
     truth.label = "true";
     panel.series.push_back(std::move(truth));
   }
-  return {"friction.svg", draw_panels("Friction, believed and true", {panel}, 1, 900, 340)};
+  return {"friction.svg", draw_panels("Friction, estimated and true", {panel}, 1, 900, 340)};
 }
 
 /// The last snapshot of one axle.

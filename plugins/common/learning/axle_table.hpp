@@ -1,8 +1,8 @@
 // A tyre curve as a table: cubic Hermite segments over the slip angle, once continuously differentiable.
 //
 // Evaluating it costs the same whatever was learned, which keeps a horizon of predictions cheap. The range covers the
-// slips of a car that drives forward and steers by up to 0.43 rad, so that they meet no kink. Beyond it the curve is
-// level.
+// slips of a car that drives forward and steers by up to 0.43 rad, so that they stay off its ends, where the slope
+// jumps: beyond it the curve is level.
 #pragma once
 
 #include <Eigen/Core>

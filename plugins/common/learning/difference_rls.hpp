@@ -47,10 +47,9 @@ class DifferenceRls {
     parity_ ^= 1;
     for (Eigen::Index c = 0; c < channels_; ++c) fresh_slot(slot(c, parity_), sigma[c]);
   }
-  /// Within a step: what was taken for noise of the older reading is doubted, as after break_sequence(). While the
-  /// unknowns change faster than their covariance says, the readings' noise is made to account for it, and more so in
-  /// every step.
-  void doubt_noise(const double* sigma) {
+  /// Within a step: resets the noise estimate of the older reading, as break_sequence() does. While the unknowns change
+  /// faster than their covariance says, the readings' noise is made to account for it, and more so in every step.
+  void reset_older_noise(const double* sigma) {
     for (Eigen::Index c = 0; c < channels_; ++c) fresh_slot(slot(c, parity_ ^ 1), sigma[c]);
   }
 

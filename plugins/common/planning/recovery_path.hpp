@@ -46,10 +46,10 @@ class RecoveryPath {
       return true;
     }
     follow(x);
-    if (driven_ >= path_.length() - 0.25 * radius_ && std::abs(heading_error(x)) < 0.5 * astray_angle) {
+    if (driven_ >= path_.length() - 0.25 * radius_ && std::abs(heading_error(x)) < 0.5 * off_path_angle) {
       active_ = false;
     } else if (const double off = distance(x, driven_);
-               off > 0.5 * radius_ || std::abs(heading_error(x)) > astray_angle) {
+               off > 0.5 * radius_ || std::abs(heading_error(x)) > off_path_angle) {
       if (too_fast(v))
         slowing_ = true;
       else
@@ -89,7 +89,7 @@ class RecoveryPath {
   static constexpr double lost_angle = 1.5;       // [rad] between car and line: lines cross roads at up to 1.4
   static constexpr double askew_angle = 0.3;      // [rad] between a standing car and the line, and
   static constexpr double room_for_a_turn = 2.5;  // the least room over what the turn takes at the radius of the arcs
-  static constexpr double astray_angle = 1.2;     // [rad] between car and the way back
+  static constexpr double off_path_angle = 1.2;   // [rad] between car and the way back
   static constexpr double standing_share = 0.3, too_fast_share = 1.5;  // of the speed in the arcs
   static constexpr double beside_cost = 2.0;  // of a metre that is driven the car's width beside the road [m]
   static constexpr double free_room = 1e3;    // [m] that references state where no edge is to hold the car back

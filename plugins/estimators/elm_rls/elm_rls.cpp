@@ -3,7 +3,7 @@
 //   F_axle(slip) = axle load * sum_j theta_j h_j(slip),   h: generic tyres at random (generic_tyres.hpp), in the few
 //                  coordinates in which they differ (reduced_layer.hpp)
 //
-// The unknowns (both axles' theta, Cr0, Cd, by how much drive and brakes exceed what the stack was told of them and the
+// The unknowns (both axles' theta, Cr0, Cd, by how much drive and brakes exceed the stack's values of them and the
 // arm at which drive turns the car: unknowns.hpp) enter the equations of step_path.hpp linearly; each step is three
 // rates with the noise of differenced readings (difference_rls.hpp). Odd, saturating nodes and their prior (prior.hpp)
 // carry what was measured at the visited slips on to the peak, so that mu = peak / load is not biased by the slips
@@ -14,12 +14,12 @@
 // `shape_memory`. The shape that was learned at large slips is kept on a straight. Nothing bounds the covariance: where
 // no sample tells anything it grows beyond the prior's.
 //
-// After a sudden change (sudden_change.hpp) uncertainty is added along the curves, what was taken for noise of the last
-// reading is doubted, and the next samples set the new scale.
+// After a sudden change (sudden_change.hpp) uncertainty is added along the curves, the last reading's noise estimate is
+// reset, and the next samples set the new scale.
 //
-// Neither the readings' noise nor how well the equations hold is told; both are matched to the innovations, from a
-// start and between bounds (noise_matching.hpp). Slips are taken on the path predicted from the readings freed of their
-// estimated noise. A slow car's tyres take back a lateral speed within a step or two (m v / (2 C), 20 ms for the
+// Neither the readings' noise nor the model error of the equations is given; both are matched to the innovations, from
+// a start and between bounds (noise_matching.hpp). Slips are taken on the path predicted from the readings freed of
+// their estimated noise. A slow car's tyres take back a lateral speed within a step or two (m v / (2 C), 20 ms for the
 // full-size car at 5 m/s), and with it the noise that was estimated of a reading: slow samples can be left out
 // (`slowest`).
 //
@@ -96,9 +96,9 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     rls_.begin_step(noise_.sigma());
     const StraightDrive::Rates drive = drive_.at(k.x.vx, k.u.d - k.d_lag, k.at);
     const bool shares = params_.sharing_spread > 0;
-    if (shares) doubt_sharing(drive.on_road(road_load(k)));
+    if (shares) set_sharing_misfit(drive.on_road(road_load(k)));
     change_.pass(k.dt);
-    // Without a doubt of the sharing, what drive and brakes take off side forces would pass for a change.
+    // Without a misfit of the sharing, what drive and brakes take off side forces would pass for a change.
     if (shares || !uses_much(drive.drive_force)) test_for_change(k.dt);
     const Teaches what = taught(drive.drive_force);
     keep_only(what);
@@ -108,7 +108,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
         noise_.break_sequence(c);
       else if (settled())
         noise_.match(c, innovation, k.dt);
-      innovation.variance += lasting_doubt(c);
+      innovation.variance += correlated_misfit(c);
       rls_.update(innovation);
     }
     seen_ += k.dt;
@@ -149,7 +149,7 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   }
   /// Variance that is added to an innovation's own: where friction sharing errs alike for `sharing_lasts` times 20 ms,
   /// the samples within weigh as one. 0 after a sudden change, which has to be learned from few samples.
-  double lasting_doubt(int channel) const {
+  double correlated_misfit(int channel) const {
     if (change_.recent()) return 0.0;
     return (samples_as_one(params_.sharing_lasts) - samples_as_one(1)) * square(sharing_misfit_[channel]);
   }
@@ -219,15 +219,15 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
   /// How well the equations of side force and moment hold where drive and brakes share friction with them. A side force
   /// is F sqrt(1 - u) with the share u of the square that drive or brakes use; where u is known to a share s of itself,
   /// its relative standard deviation is s u / (1 - u) / 2. The correlation of the two errors is neglected.
-  void doubt_sharing(const StraightDrive::Rates& drive) {
+  void set_sharing_misfit(const StraightDrive::Rates& drive) {
     const double drive_force = drive.drive_force + terms_.gains.missing(drive.drive_force);
-    const auto doubt = [&](Axle axle, double load, double peak) {
+    const auto sigma = [&](Axle axle, double load, double peak) {
       const double kept = terms_.ellipse.side_share(axle, drive_force, load, peak);
       const double force = unknowns_.axle(axle, rows_.col(1)).dot(unknowns_.axle(axle, rls_.theta()));
       return 0.5 * params_.sharing_spread * (1.0 / square(kept) - 1.0) * force;
     };
-    const double front = doubt(Axle::front, drive.load_front, terms_.peaks.front);
-    const double rear = doubt(Axle::rear, drive.load_rear, terms_.peaks.rear);
+    const double front = sigma(Axle::front, drive.load_front, terms_.peaks.front);
+    const double rear = sigma(Axle::rear, drive.load_rear, terms_.peaks.rear);
     sharing_misfit_ = {0.0, std::hypot(front, rear), std::hypot(front * car_.lf, rear * car_.lr) / square(gyration_)};
   }
 
@@ -241,13 +241,13 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
     change_.add(rates, dt);
     if (!change_.alarms() || !settled()) return;
     spread_along_curves(params_.change, 0.3 * params_.change);
-    rls_.doubt_noise(noise_.sigma());
+    rls_.reset_older_noise(noise_.sigma());
     change_.begin_change();
   }
 
   /// What a step under this drive or brake force [N] teaches, once it was tested for a sudden change. Where drive or
   /// brakes use much of the friction, slip control, their split and the ellipse decide what arrives on the road and
-  /// what is left for side forces, and none of them is known well. Where that is doubted as much as it should be
+  /// what is left for side forces, and none of them is known well. Where that uncertainty is modelled
   /// (sharing_spread), side forces teach all the same: large ones under brakes, and all while a new friction is being
   /// found.
   Teaches taught(double force) const {
@@ -363,9 +363,10 @@ class ElmRls : public AutoDiffEffect<ElmRls, Estimator> {
 
 /// The same learned tyres, but the friction that plans are made for is the true one: the upper bound for a world whose
 /// car is a black box.
-class ToldElmRls final : public ElmRls {
+class PrivilegedElmRls final : public ElmRls {
  public:
-  ToldElmRls(const PluginContext& context, const Params& params) : ElmRls(context, params), truth_(context.truth) {
+  PrivilegedElmRls(const PluginContext& context, const Params& params)
+      : ElmRls(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("elm_rls_told needs the truth of a world; there is none here");
   }
   Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear)}; }
@@ -378,4 +379,4 @@ class ToldElmRls final : public ElmRls {
 
 GRIPLINE_PLUGINS(
     gripline::describe<ElmRls>("elm_rls", "1.0", "generic tyres per axle by recursive least squares"),
-    gripline::describe<ToldElmRls>("elm_rls_told", "1.0", "as elm_rls, told the true friction").needs_truth())
+    gripline::describe<PrivilegedElmRls>("elm_rls_told", "1.0", "as elm_rls, given the true friction").needs_truth())

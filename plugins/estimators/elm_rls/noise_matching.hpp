@@ -7,7 +7,7 @@
 // E is the sum of the innovations in 20 ms, V that of their variances: steps of 5 ms have four times the noise in their
 // rates, in which what lasts would not be seen from one step to the next. Steps of 20 ms and more are taken one by one.
 //
-// Both begin with what is told: sigma stays between 0.02 and 10 times that, misfit between it and 100 times it.
+// Both begin with the stated values: sigma stays between 0.02 and 10 times that, misfit between it and 100 times it.
 #pragma once
 
 #include <algorithm>
@@ -25,11 +25,11 @@ inline constexpr double error_time = reference_step;  // [s] that what an equati
 
 class NoiseMatching {
  public:
-  /// What is told, per channel: `sigma` [m/s, m/s, rad/s], `misfit` [m/s2, m/s2, rad/s2].
-  struct Told {
+  /// The stated values, per channel: `sigma` [m/s, m/s, rad/s], `misfit` [m/s2, m/s2, rad/s2].
+  struct Stated {
     std::array<double, channels> sigma, misfit;
   };
-  explicit NoiseMatching(const Told& told) : told_(told), sigma_(told.sigma), misfit_(told.misfit) {}
+  explicit NoiseMatching(const Stated& stated) : stated_(stated), sigma_(stated.sigma), misfit_(stated.misfit) {}
 
   const double* sigma() const { return sigma_.data(); }
   double misfit(int channel) const { return misfit_[channel]; }
@@ -37,7 +37,7 @@ class NoiseMatching {
   /// Of a step of dt [s].
   void match(int c, const learning::DifferenceRls::Innovation& innovation, double dt) {
     const double ratio = std::min(4.0, square(innovation.error) / innovation.variance);
-    const double largest = 10 * told_.sigma[c];
+    const double largest = 10 * stated_.sigma[c];
     sigma_[c] = std::clamp(sigma_[c] * std::exp(0.5 * sigma_gain * (ratio - 1.0)), smallest_sigma * largest, largest);
     Sum& sum = sum_[c];
     sum.error += innovation.error;
@@ -48,7 +48,7 @@ class NoiseMatching {
     const double product = sum.error * last_error_[c] / sum.variance;
     last_error_[c] = sum.error;
     sum = {};
-    const double least = told_.misfit[c];
+    const double least = stated_.misfit[c];
     misfit_[c] =
         std::clamp(misfit_[c] * std::exp(misfit_gain * (std::clamp(product, -2.0, 2.0) - 0.1)), least, 100 * least);
   }
@@ -61,19 +61,19 @@ class NoiseMatching {
     last_error_ = {};
     sum_ = {};
   }
-  void start_over() { *this = NoiseMatching(told_); }
+  void start_over() { *this = NoiseMatching(stated_); }
 
  private:
   static constexpr double sigma_gain = 0.01;      // per step
   static constexpr double misfit_gain = 0.02;     // per error_time
-  static constexpr double smallest_sigma = 2e-3;  // of the largest: 0.02 of what is told
+  static constexpr double smallest_sigma = 2e-3;  // of the largest: 0.02 of the stated one
 
   /// Of the innovations since misfit was last matched.
   struct Sum {
     double error = 0, variance = 0, time = 0;
   };
 
-  Told told_;
+  Stated stated_;
   std::array<double, channels> sigma_, misfit_;
   std::array<Sum, channels> sum_ = {};
   std::array<double, channels> last_error_ = {};

@@ -42,15 +42,14 @@ constexpr auto declare_parameters() {
           param("common", &P::common, "1", {0, 1},
                 "share of that variance which both axles have in common, as they drive one road"),
           param("most_drive", &P::most_drive, "1", {0, 10},
-                "drive or brake force, as a share of friction, above which a sample teaches nothing of drive, nor of "
-                "tyres but what sharing_spread leaves"),
+                "drive or brake force, as a share of friction, above which a sample updates neither drive nor "
+                "tyres, but for what sharing_spread leaves"),
           param("sharing_spread", &P::sharing_spread, "1", {0, 10},
                 "standard deviation of what drive and brakes take off the square of a side force, relative to it; "
-                "above 0 side forces beyond 0.4 of what brakes leave teach of tyres under braking beyond most_drive "
+                "above 0 side forces beyond 0.4 of what brakes leave update tyres under braking beyond most_drive "
                 "too, and all do after a change"),
-          param(
-              "sharing_lasts", &P::sharing_lasts, "1", {1, 1e4},
-              "samples of 20 ms in a row whose sharing errs alike, so that they teach of tyres no more than one does"),
+          param("sharing_lasts", &P::sharing_lasts, "1", {1, 1e4},
+                "consecutive samples of 20 ms whose errors of sharing are correlated, so that they weigh as one"),
           param("drive_spread", &P::drive_spread, "1", {0, 1},
                 "standard deviation of the drive force, relative to what the model says; 0: it is known"),
           param("brake_spread", &P::brake_spread, "1", {0, 1},
@@ -64,10 +63,12 @@ constexpr auto declare_parameters() {
           param("shape_memory", &P::shape_memory, "s", {1, 1e9}, "time in which the prior's uncertainty returns"),
           param("alarm", &P::alarm, "1", {1, 100}, "score above which friction is taken to have changed suddenly"),
           param("change", &P::change, "1", {0, 2}, "relative uncertainty of friction after such a change"),
-          param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "noise of vx and vy to begin with"),
-          param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10}, "noise of the yaw rate to begin with"),
-          param("misfit", &P::misfit, "m/s2", {1e-6, 10}, "accuracy of the equations over 20 ms at best"),
-          param("slowest", &P::slowest, "m/s", {0, 100}, "speed below which samples teach nothing")},
+          param("sigma_v", &P::sigma_v, "m/s", {1e-6, 10}, "initial noise of vx and vy, a standard deviation"),
+          param("sigma_omega", &P::sigma_omega, "rad/s", {1e-6, 10},
+                "initial noise of the yaw rate, a standard deviation"),
+          param("misfit", &P::misfit, "m/s2", {1e-6, 10},
+                "least model error of the equations over 20 ms, a standard deviation"),
+          param("slowest", &P::slowest, "m/s", {0, 100}, "speed below which samples are not used")},
       learning::ellipse_parameters<P>());
 }
 

@@ -11,9 +11,9 @@
 // and 410, allocates and takes as long as the fit does: a simulated race waits for it, a car could not. Derivatives are
 // analytic.
 //
-// `gp` is told the true friction, as in the published comparison. `gp_own_mu` knows no more than the others: it inverts
-// the lateral and yaw equations of step_path.hpp at its samples for the axle forces under the learned means, and takes
-// mu from the visited slip angle with the largest mean force.
+// `gp` is given the true friction, as in the published comparison. `gp_own_mu` knows no more than the others: it
+// inverts the lateral and yaw equations of step_path.hpp at its samples for the axle forces under the learned means,
+// and takes mu from the visited slip angle with the largest mean force.
 //
 // Sources: Jain, O'Kelly, Chaudhari, Morari, BayesRace (2020); Kalaria, Lin, Dolan, section on baselines.
 #include <algorithm>
@@ -47,7 +47,7 @@ class Gp : public Estimator {
   static constexpr auto parameters() {
     using P = Params;
     return std::tuple{
-        param("window", &P::window, "1", {10, 5000}, "samples the processes remember"),
+        param("window", &P::window, "1", {10, 5000}, "samples kept by the processes"),
         param("tune_at", &P::tune_at, "1", {5, 5000}, "samples before the first fit of the kernels"),
         param("tune_every", &P::tune_every, "1", {0, 1e6}, "steps between later fits; 0: only when the window fills"),
         param("tune_points", &P::tune_points, "1", {5, 2000}, "samples a fit looks at, evenly chosen"),
@@ -211,10 +211,10 @@ class Gp : public Estimator {
   std::array<double, channels> target_mean_ = {}, target_scale_ = {1, 1, 1};
 };
 
-class ToldGp final : public Gp {
+class PrivilegedGp final : public Gp {
  public:
   using Params = GpParams;
-  ToldGp(const PluginContext& context, const Params& params) : Gp(context, params), truth_(context.truth) {
+  PrivilegedGp(const PluginContext& context, const Params& params) : Gp(context, params), truth_(context.truth) {
     if (truth_ == nullptr) throw std::runtime_error("gp needs the truth of a world; there is none here");
   }
   Belief belief() const override { return {truth_->mu(Axle::front), truth_->mu(Axle::rear)}; }
@@ -266,6 +266,8 @@ class OwnMuGp final : public Gp {
 
 }  // namespace
 
-GRIPLINE_PLUGINS(
-    gripline::describe<ToldGp>("gp", "1.0", "Gaussian processes on the residual, told the true friction").needs_truth(),
-    gripline::describe<OwnMuGp>("gp_own_mu", "1.0", "Gaussian processes on the residual, friction from their forces"))
+GRIPLINE_PLUGINS(gripline::describe<PrivilegedGp>("gp", "1.0",
+                                                  "Gaussian processes on the residual, given the true friction")
+                     .needs_truth(),
+                 gripline::describe<OwnMuGp>("gp_own_mu", "1.0",
+                                             "Gaussian processes on the residual, friction from their forces"))

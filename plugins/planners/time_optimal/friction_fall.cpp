@@ -14,11 +14,12 @@ bool SeenFriction::sure() const { return step >= 0 && 2.0 * spread <= (1.0 - Fri
 
 bool SeenFriction::below(double friction) const { return step >= 0 && (sure() ? mu : mu + 2.0 * spread) < friction; }
 
-FrictionFall::FrictionFall(const SeenFriction& before, double level, const SeenFriction& here, double dt, double doubt)
+FrictionFall::FrictionFall(const SeenFriction& before, double level, const SeenFriction& here, double dt,
+                           double detection_time)
     : before_(before),
       level_(level),
       dt_(dt),
-      doubt_(doubt),
+      detection_time_(detection_time),
       last_evidence_(here.step),
       lowest_(here.mu),
       sure_(here.sure()),
@@ -41,7 +42,7 @@ FrictionFall::Now FrictionFall::see(const SeenFriction& here) {
   const bool back = here.sure() && here.mu >= again;
   risen_ = back ? risen_ + dt_ : 0.0;
   if (!back && !ended_) {
-    ended_ = seconds(here.step - last_evidence_) > doubt_;
+    ended_ = seconds(here.step - last_evidence_) > detection_time_;
     last_ = ended_ ? low_ : here.piece;
   }
   return back ? Now::back : Now::lasts;

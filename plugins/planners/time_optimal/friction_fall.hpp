@@ -4,7 +4,7 @@
 //   begin ... before ... low ... last     pieces of the road, in the order in which they are passed
 //
 // `before` has the last sure belief of the friction that it fell from. The place, if it is one, begins there or a
-// little earlier, at `begin`, which is told once a belief was surely less. `low` is the piece with the last evidence of
+// little earlier, at `begin`, which is set once a belief was surely less. `low` is the piece with the last evidence of
 // less friction. The place ends at `last`: the last piece on which the belief was not back yet, or `low` where there
 // was no evidence for long. Then the fall has ended, and its belief has only to be sure again.
 #pragma once
@@ -34,8 +34,8 @@ class FrictionFall {
   };
 
   /// From `before`, the last sure belief of a friction of about `level`, to `here`, which is evidence of less. `dt`
-  /// seconds between steps; a learner takes up to `doubt` seconds to find a new friction.
-  FrictionFall(const SeenFriction& before, double level, const SeenFriction& here, double dt, double doubt);
+  /// seconds between steps; the estimator takes up to `detection_time` [s] to detect a new friction.
+  FrictionFall(const SeenFriction& before, double level, const SeenFriction& here, double dt, double detection_time);
 
   /// The belief of the next step.
   Now see(const SeenFriction& here);
@@ -63,10 +63,10 @@ class FrictionFall {
   double seconds(long steps) const { return dt_ * static_cast<double>(steps); }
 
   SeenFriction before_;
-  double level_, dt_, doubt_;  // friction, [s], [s]
-  long last_evidence_;         // step
-  long evidence_ = 1;          // steps
-  double lowest_;              // friction believed since
+  double level_, dt_, detection_time_;  // friction, [s], [s]
+  long last_evidence_;                  // step
+  long evidence_ = 1;                   // steps
+  double lowest_;                       // friction believed since
   bool sure_;
   bool ended_ = false;  // long without evidence
   double risen_ = 0;    // [s] for which it has been back

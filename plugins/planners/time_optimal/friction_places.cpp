@@ -19,12 +19,12 @@ constexpr double same_grip = 0.05;        // and share of its grip
 
 }  // namespace
 
-FrictionPlaces::FrictionPlaces(std::size_t pieces, double dt, double doubt)
+FrictionPlaces::FrictionPlaces(std::size_t pieces, double dt, double detection_time)
     : dt_(dt),
-      doubt_(doubt),
+      detection_time_(detection_time),
       grip_(pieces, 1.0),
       passed_(pieces),
-      recent_(static_cast<std::size_t>(std::max(1.0, std::round((doubt + longest_delay) / dt)))) {
+      recent_(static_cast<std::size_t>(std::max(1.0, std::round((detection_time + longest_delay) / dt)))) {
   beliefs_.reserve(pieces);
 }
 
@@ -116,14 +116,14 @@ bool FrictionPlaces::begin_earlier(const Seen& here) {
 
 /// Whether much more was surely believed a moment ago.
 void FrictionPlaces::look_for_fall(const Seen& here) {
-  const long first = std::max(since_, now_ - std::lround(doubt_ / dt_));
+  const long first = std::max(since_, now_ - std::lround(detection_time_ / dt_));
   double level = 0;
   for (long k = first; k < now_; ++k)
     if (recent(k).sure()) level = std::max(level, recent(k).mu);
   if (!here.below(fall_share * level)) return;
   for (long k = now_ - 1; k >= first; --k)
     if (recent(k).sure() && recent(k).mu >= fall_share * level) {
-      fall_.emplace(recent(k), level, here, dt_, doubt_);
+      fall_.emplace(recent(k), level, here, dt_, detection_time_);
       if (here.sure()) fall_->begin_at(begin_of(recent(k)));
       return;
     }
@@ -151,8 +151,7 @@ bool FrictionPlaces::learn(double mu) {
   }
 }
 
-/// Where a place begins: the slower a learner finds the new friction, the longer it took before it began to doubt the
-/// old one.
+/// Where a place begins: the slower the estimator detects the new friction, the longer its estimate stayed the old one.
 std::size_t FrictionPlaces::begin_of(const Seen& sure_before) const {
   const double took = seconds(now_ - sure_before.step);
   const long early = std::lround(std::clamp(took, 0.0, longest_delay) / dt_);
@@ -193,7 +192,8 @@ void FrictionPlaces::in_place(std::size_t piece, double mu) {
     as_before_ = true;
     entered_ = piece;
     // It may begin a little earlier than was known.
-    if (fall_ && seconds(now_ - fall_->before().step) < doubt_ && mu >= explained_share * fall_->level() * grip_[piece])
+    if (fall_ && seconds(now_ - fall_->before().step) < detection_time_ &&
+        mu >= explained_share * fall_->level() * grip_[piece])
       mu_ = fall_->level();
   }
   const double explained = mu_ * grip_[piece];

@@ -23,9 +23,9 @@ namespace gripline::time_optimal {
 
 class FrictionPlaces {
  public:
-  /// Of a closed road in so many pieces, with `dt` seconds between steps; a learner takes up to `doubt` seconds to find
-  /// a new friction. Steps do not allocate.
-  FrictionPlaces(std::size_t pieces, double dt, double doubt);
+  /// Of a closed road in so many pieces, with `dt` seconds between steps; the estimator takes up to
+  /// `detection_time` [s] to detect a new friction. Steps do not allocate.
+  FrictionPlaces(std::size_t pieces, double dt, double detection_time);
 
   /// Once per control step: the car is on this piece and believes this friction of the road below it, with a standard
   /// deviation of `spread`. Whether a grip changed.
@@ -66,7 +66,7 @@ class FrictionPlaces {
   void in_place(std::size_t piece, double mu);
   bool behind_place(double mu);
 
-  double dt_, doubt_;  // [s]
+  double dt_, detection_time_;  // [s]
   std::vector<double> grip_;
   std::vector<Seen> passed_;     // of each piece, when it was passed last
   std::vector<Seen> recent_;     // of the last steps, by their number

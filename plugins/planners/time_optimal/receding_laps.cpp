@@ -22,8 +22,8 @@ constexpr double least_change = 0.005, stalled_barrier = 2e-4;  // changes and s
 constexpr double driven_barrier = 1e-4;  // of what is driven: it costs a part of that per constraint
 // A plan that begins at a car which has left its last one: it may keep away further from constraints, obey the dynamics
 // less well, takes more Newton steps and is followed faster: by this share of the way in 20 ms.
-constexpr double astray_barrier = 1e-3, astray_defect = 0.03, astray_follow = 0.5;
-constexpr int astray_work = 3;  // times the Newton steps of other control steps
+constexpr double off_plan_barrier = 1e-3, off_plan_defect = 0.03, off_plan_follow = 0.5;
+constexpr int off_plan_work = 3;  // times the Newton steps of other control steps
 
 // Nodes of a window that may be a large part of the lap. From the base line longer ones settle in laps with parts that
 // are driven backwards, and one that never leaves such a part keeps it.
@@ -110,7 +110,7 @@ void RecedingLaps::place_window(std::size_t first) {
 /// The window from the node behind a car on, as the car passed it.
 void RecedingLaps::begin_at(const State& car, double station) {
   place_window(node_behind(*setup_, car, station));
-  if (!was_astray_) barrier_ = std::max(barrier_, astray_barrier);
+  if (!was_off_plan_) barrier_ = std::max(barrier_, off_plan_barrier);
   at_car_ = true;
   nodes_until_retry_ = window_.near_count();
   begin_ = passed_with(*setup_, car, window_.first());
@@ -261,20 +261,21 @@ void RecedingLaps::approach(const CarBelief& car, double share) {
   mu_ = mu_of(car_.tyres);
 }
 
-void RecedingLaps::step(const CarBelief& car, double spread, double station, LapPlan& plan, const State* astray) {
-  if (astray != nullptr)
-    begin_at(*astray, station);
+void RecedingLaps::step(const CarBelief& car, double spread, double station, LapPlan& plan, const State* off_plan) {
+  if (off_plan != nullptr)
+    begin_at(*off_plan, station);
   else
     move_window(station);
   advance_belief(car, spread);
-  if (astray != nullptr) begin_ = passed_with(*setup_, *astray, window_.first());  // not slower, whatever is believed
-  was_astray_ = astray != nullptr;
-  solve((astray != nullptr ? astray_work : 1) * options_.iterations);
+  if (off_plan != nullptr)
+    begin_ = passed_with(*setup_, *off_plan, window_.first());  // not slower, whatever is believed
+  was_off_plan_ = off_plan != nullptr;
+  solve((off_plan != nullptr ? off_plan_work : 1) * options_.iterations);
   const bool drivable = settled_ || defect_ < drivable_defect;
   if (health_.control_step(drivable)) raise_barrier_of_a_stall();
-  if (astray != nullptr) {
-    if (defect_ < astray_defect && barrier_ <= astray_barrier)
-      publish(plan, 0, share_of_way_in(options_.dt, astray_follow));
+  if (off_plan != nullptr) {
+    if (defect_ < off_plan_defect && barrier_ <= off_plan_barrier)
+      publish(plan, 0, share_of_way_in(options_.dt, off_plan_follow));
   } else if (drivable && barrier_ <= driven_barrier) {
     publish(plan, 1, share_of_way_in(options_.dt, options_.follow));
   }

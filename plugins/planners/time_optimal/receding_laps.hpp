@@ -48,9 +48,9 @@ class RecedingLaps {
   RecedingLaps(const LapSetup& setup, const CarBelief& car, const RecedingOptions& options);
 
   /// One control step at a station of the base line, for this car; `spread` is the standard deviation of its friction
-  /// over that friction. Changes the nodes of `plan` from changed_first() on. `astray`: the car, if it has left its
+  /// over that friction. Changes the nodes of `plan` from changed_first() on. `off_plan`: the car, if it has left its
   /// plan; it is beside that station then.
-  void step(const CarBelief& car, double spread, double station, LapPlan& plan, const State* astray = nullptr);
+  void step(const CarBelief& car, double spread, double station, LapPlan& plan, const State* off_plan = nullptr);
   /// Plans slips of a slow car (TyreUse) up to this angle from the next step on [rad]; no less than the setup's.
   void set_slip_bound_slow_car(double slip);
   std::size_t changed_first() const { return window_.first(); }
@@ -113,7 +113,7 @@ class RecedingLaps {
   WindowHealth health_;
   bool settled_ = false;
   std::size_t nodes_until_retry_ = 0;  // nodes that the window moves on before it may begin again from the first lap
-  bool was_astray_ = false;            // the car, in the last control step
+  bool was_off_plan_ = false;          // the car, in the last control step
   bool at_car_ = false;                // the window began at a car that had left its plan, and has not moved on since
   bool following_ = false;             // the car that is solved for goes towards the one believed
   long iterations_ = 0, failures_ = 0;

@@ -45,7 +45,7 @@ class RecedingTime final : public LapPlanner {
                   "speeds"),
             param("drive_front", &P::drive_front, "1", {0, 1}, "front share of the drive force"),
             param("brake_front", &P::brake_front, "1", {0, 1}, "front share of the brake force"),
-            param("places", &P::places, "1", {0, 1}, "remember where the road is slippery"),
+            param("places", &P::places, "1", {0, 1}, "keep a map of where the road is slippery"),
             param("from_car_state", &P::from_car_state, "1", {0, 1},
                   "a car that has left its plan, too fast for it or wide of it, begins another with its own state"),
             param("nodes", &P::nodes, "1", {30, 1000},
@@ -71,7 +71,7 @@ class RecedingTime final : public LapPlanner {
                .dt = context.dt}),
         slip_bound_slow_car_(params.slip_bound_slow_car),
         from_car_state_(params.from_car_state) {
-    if (params.places) places_.emplace(setup().nodes().s.size(), context.dt, learner_doubts(context.car));
+    if (params.places) places_.emplace(setup().nodes().s.size(), context.dt, detection_time(context.car));
     plan_ = laps_.whole_plan();
     followed().set(plan_);
   }
@@ -84,9 +84,9 @@ class RecedingTime final : public LapPlanner {
     laps_.set_slip_bound_slow_car(std::min(slip_bound_slow_car_, beyond * visited_slip()));
     const double station = followed().locate(now.x.x, now.x.y, now.x.yaw);
     const bool may_begin_at_car = from_car_state_ && learned != nullptr;
-    if (may_begin_at_car) update_astray(now.x, station);
+    if (may_begin_at_car) update_off_plan(now.x, station);
     laps_.step({scaled_to(car.tyres, mu_lap()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,
-               plan_, may_begin_at_car && is_astray() ? &now.x : nullptr);
+               plan_, may_begin_at_car && is_off_plan() ? &now.x : nullptr);
     if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
   }
 
@@ -128,16 +128,16 @@ class RecedingTime final : public LapPlanner {
       throw std::invalid_argument("\"slip_fast\" is not above \"slip_slow\"; expected a higher speed, or 0");
     return params;
   }
-  /// How long a learner may take to find a new friction [s]: some of the time in which a car at the limit of grip loses
-  /// its typical speed, which is what slips large enough to tell take to build up.
-  static double learner_doubts(const Car& car) { return 1.5 * car.v_ref / gravity; }
+  /// How long an estimator may take to detect a new friction [s]: some of the time in which a car at the limit of grip
+  /// loses its typical speed, which is what slips large enough to show it take to build up.
+  static double detection_time(const Car& car) { return 1.5 * car.v_ref / gravity; }
   /// Whether the car has left its plan, now or a moment ago.
-  bool is_astray() const { return astray_for_ > 0; }
+  bool is_off_plan() const { return off_plan_for_ > 0; }
   /// Once per step in which a plan may begin at the car, which has left its plan where it is much faster than that
   /// beside it or runs wide of it. A plan that began at the car is as fast as the car, beyond `pace`: until the car has
   /// slowed down to what is asked of it, only one that is faster than that plan itself is too fast for it. A car that
   /// joins the line, recovers, drives slowly or slides far off its heading is led by its own path.
-  void update_astray(const State& x, double station) {
+  void update_off_plan(const State& x, double station) {
     constexpr double fast = 1.05, faster_than_plan = 1.01;  // of the speed asked for, of the planned speed
     constexpr double wide = 0.4, slow = 0.8;                // of the car's width, of the speed asked for
     constexpr double least = 2.5;                           // speed over the car's least
@@ -151,15 +151,15 @@ class RecedingTime final : public LapPlanner {
     if (left) slowed_down_ = false;
     const bool slides = std::abs(std::atan2(x.vy, x.vx)) > furthest || std::cos(x.yaw - plan.yaw) < std::cos(furthest);
     if (joins() || slides || v < least * setup().car().v_min)
-      astray_for_ = 0;
+      off_plan_for_ = 0;
     else
-      astray_for_ = left ? lasts : astray_for_ - dt();
+      off_plan_for_ = left ? lasts : off_plan_for_ - dt();
   }
 
   RecedingLaps laps_;
   double slip_bound_slow_car_;
   bool from_car_state_;
-  double astray_for_ = 0;    // [s] that the plan still begins at the car
+  double off_plan_for_ = 0;  // [s] that the plan still begins at the car
   bool slowed_down_ = true;  // since it left its plan
   std::optional<FrictionPlaces> places_;
   AxleTyres outside_;  // believed where the car was last in no such place

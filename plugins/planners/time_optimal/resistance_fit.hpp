@@ -6,7 +6,7 @@
 // a memory of 20 s, whatever the control step is. vx' is a difference of two noisy readings: y is that over 20 ms, the
 // mean over as many shorter steps, since over one of them noise alone would pass for more than a resistance can be.
 //
-// A planner is told the learned tyres (TyreCurve) but not the rest of what its stack learned; this is the rest it
+// A planner is given the learned tyres (TyreCurve) but not the rest of what its stack learned; this is the rest it
 // needs.
 #pragma once
 

@@ -109,7 +109,7 @@ struct Case {
   friend std::ostream& operator<<(std::ostream& out, const Case& one) { return out << one.name; }
 };
 
-/// One effect of every stage, effects with memory, effects that look back, all together.
+/// One effect of every stage, effects with memory, effects with delays, all together.
 const Case cases[] = {
     {"plain", "[]"},
     {"command_steer_lag", R"([{"plugin": "steer_lag", "params": {"tau": 0.04}}])"},
@@ -193,9 +193,9 @@ TEST_P(Derivatives, ByStateMemoryPastCommandsAndInput) {
 }
 
 bool moves_look_back(StagedCar car, std::size_t param) {
-  const double before = car.look_back();
+  const double before = car.max_delay();
   car.params()[param] += 1e-3;
-  return car.look_back() != before;
+  return car.max_delay() != before;
 }
 
 /// The parameters' derivatives through the integrator, as whoever fits them asks for them: eight at a time.

@@ -34,7 +34,8 @@ TEST(RacePrinting, ThePrintedTableMarksWhoWasToldTheTruth) {
   results.runs[4].timing.alone = false;
   std::ostringstream out;
   print_tables(out, results, judge_all(results));
-  EXPECT_THAT(out.str(), AllOf(HasSubstr("oracle *"), HasSubstr("* was told the truth"), Not(HasSubstr("elm *"))));
+  EXPECT_THAT(out.str(),
+              AllOf(HasSubstr("oracle *"), HasSubstr("* is given the ground truth"), Not(HasSubstr("elm *"))));
   EXPECT_THAT(out.str(), HasSubstr("2/3 finished"));
   EXPECT_THAT(out.str(), HasSubstr("1 skipped"));
   EXPECT_THAT(out.str(), HasSubstr("FAILS    none.violation_s < elm.violation_s   (4 against 2,"));

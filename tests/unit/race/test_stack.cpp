@@ -65,9 +65,9 @@ TEST(Stack, SaysWhetherItNeedsTheTruth) {
 TEST(Stack, ANominalModelMustNotKnowTheTruth) {
   const CarFile car = world_of().car;
   EXPECT_THAT(refusal([&] { stack_of(car, R"({"model": {"plugin": "spy.truthful"}})"); }),
-              HasSubstr("/model: \"spy.truthful\" knows the truth; a stack's nominal model must not"));
+              HasSubstr("/model: \"spy.truthful\" is given the ground truth; a stack's nominal model must not be"));
   EXPECT_THAT(refusal([&] { stack_of(car, R"({"model": {"effects": [{"plugin": "spy.truthful"}]}})"); }),
-              HasSubstr("\"spy.truthful\" knows the truth; a stack's nominal model must not"));
+              HasSubstr("\"spy.truthful\" is given the ground truth; a stack's nominal model must not be"));
 }
 
 /// It would do nothing: a stack predicts states, not readings. In a world's plant it has its place.

@@ -67,7 +67,7 @@ export function lapChart(state: State): Chart | null {
   );
 }
 
-/** Lap times beyond this are marked at the chart's edge: a car that went astray for a while. */
+/** Lap times beyond this are marked at the chart's edge: a car that was off the track for a while. */
 function usualLaps(state: State, lapColumns: string[]): number {
   const { rows } = state.report.meta.table;
   const times = rows.flatMap((row) => lapColumns.map((name) => row.values[state.report.column(name)]).filter((v): v is number => v !== null));

@@ -223,7 +223,7 @@ export class Report {
     }
     return this.runs.get(index);
   }
-  /** Name as displayed: a star behind stacks that were told the truth. */
+  /** Name as displayed: a star behind stacks that are given the ground truth. */
   label(stack: number): string {
     const info = this.meta.stacks[stack];
     return info.truth ? `${info.name} *` : info.name;
@@ -233,7 +233,7 @@ export class Report {
     const index = this.column("finished");
     return index < 0 ? null : row.values[index];
   }
-  /** Rows that may be best: not told the truth, and in the end at least once where the log says. */
+  /** Rows that may be best: not given the ground truth, and in the end at least once where the log says. */
   contenders(): TableRow[] {
     return this.meta.table.rows.filter((row) => !this.meta.stacks[row.stack].truth && this.finished(row) !== 0);
   }

@@ -78,7 +78,7 @@ function nearest(d: Diagnosis, words: Words): string {
   if (!best) {
     const tried = ofRealCar(d) ? "effect that was tried" : "effect of the catalogue";
     const untold = (d.ranking ?? []).some((entry) => entry.rollout?.says === "cannot tell");
-    return untold ? `No ${tried} surely makes predictions better by itself: the data that was not fitted cannot tell.` : `No ${tried} makes predictions better by itself.`;
+    return untold ? `No ${tried} makes predictions significantly better by itself: the data that was not fitted cannot tell.` : `No ${tried} makes predictions better by itself.`;
   }
   return `What comes nearest: ${inWords(best.effect, undefined, words)}; by itself it changes the prediction error by ${fixed(100 * best.rollout!.change!, 0)} %.`;
 }
@@ -246,7 +246,7 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
   const most = Math.max(...ranking.map((entry) => gain(entry) ?? 0), 1e-9);
   const named = new Set((d.named ?? []).map((entry) => entry.effect));
   const bar = (share: number) => h("span", { class: "bar-cell" }, h("i", { style: `width:${(100 * Math.min(Math.max(share, 0), 1)).toFixed(1)}%` }));
-  const head = ["effect", real ? "squared error, fitted" : "evidence gained", "", "error with it", "predictions", real ? "surely helps" : "wins resampled"];
+  const head = ["effect", real ? "squared error, fitted" : "evidence gained", "", "error with it", "predictions", real ? "probability that it helps" : "wins resampled"];
   const gained = (value: number | null) => (real ? `${fixed(value === null ? value : -100 * value, 1)} %` : fixed(value, 1));
   // A candidate that was not fitted has no error of its own.
   const tried = (entry: { held_out: number | null }) => entry.held_out !== null;

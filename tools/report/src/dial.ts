@@ -1,4 +1,4 @@
-// The friction dial: what the stack believes, how sure it is, and what is true.
+// The friction dial: the estimate, its standard deviation, and the truth.
 import { h, s, short } from "./dom";
 
 const full = 1.2;
@@ -32,7 +32,7 @@ export class Dial {
     });
     const picture = s(
       "svg",
-      { viewBox: "0 0 200 132", role: "img", "aria-label": "Friction believed and true" },
+      { viewBox: "0 0 200 132", role: "img", "aria-label": "Friction, estimated and true" },
       s("path", { class: "dial-arc", d: arc(0, full, 82) }),
       this.band,
       ...ticks,

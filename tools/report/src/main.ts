@@ -113,7 +113,7 @@ function validationNote(state: State): string {
     scene?.kind === "force_validation"
       ? "R² and root mean square error over the first full lap after each trusts what it learned; it is asked about a step before it learns from it."
       : "R² and root mean square error on data that was not used for training.",
-    scene?.told?.length ? "* was told the true friction; bold and marked: best among the others." : "",
+    scene?.told?.length ? "* is given the true friction; bold and marked: best among the others." : "",
   ].filter(Boolean).join(" ");
 }
 

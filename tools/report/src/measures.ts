@@ -18,7 +18,7 @@ const known: Record<string, Omit<Measure, "help"> & { help?: string }> = {
   violation_after_adapt_s: { group: "Driving", label: "outside, adapted", unit: "s", decimals: 2, better: "low", main: true, help: "counted from the moment the stack trusts what it learned" },
   violation_body_after_adapt_s: { group: "Driving", label: "corner outside, adapted", unit: "s", decimals: 2, better: "low", main: false, help: "time with any corner of the car outside, from the moment the stack trusts what it learned" },
   violation_after_adapt_s_max: { group: "Driving", label: "adapted, worst", unit: "s", decimals: 2, better: "low", main: false },
-  mu_rmse: { group: "Friction", label: "µ error", unit: "1", decimals: 3, better: "low", main: true, help: "rms of believed less true friction" },
+  mu_rmse: { group: "Friction", label: "µ error", unit: "1", decimals: 3, better: "low", main: true, help: "rms of estimated less true friction" },
   mu_visited_rmse: { group: "Friction", label: "µ error, visited", unit: "1", decimals: 3, better: "low", main: false, help: "against the best that the visited slips can tell" },
   solve_ms_median: { group: "Step time", label: "solve", unit: "ms", decimals: 2, better: "low", main: true, help: "median time of one solve" },
   solve_ms_p95: { group: "Step time", label: "solve 95 %", unit: "ms", decimals: 2, better: "low", main: false },

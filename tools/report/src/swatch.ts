@@ -15,7 +15,7 @@ export function swatch(stack: number): SVGElement {
   return coloured(pen, stack, "swatch");
 }
 
-/** A piece of the stack's line with its marker on it; dashed if the stack was told the truth. */
+/** A piece of the stack's line with its marker on it; dashed if the stack is given the ground truth. */
 export function lineSwatch(stack: number, truth: boolean): SVGElement {
   const pen = new SvgPen(22, 12, "none");
   pen.line([0, 6, 22, 6], { color: "currentColor", width: 2.4, dash: stackDash(truth) });

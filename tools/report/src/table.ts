@@ -153,7 +153,7 @@ export function tableSection(state: State): HTMLElement {
           mouseenter: () => state.hover(row.stack),
           mouseleave: () => state.hover(null),
         },
-        h("th", { scope: "row", class: "name" }, swatch(row.stack), name, truth ? h("abbr", { title: "was told the truth" }, " *") : null),
+        h("th", { scope: "row", class: "name" }, swatch(row.stack), name, truth ? h("abbr", { title: "is given the ground truth" }, " *") : null),
         ...columns.map((column, i) => cell(state, row, column, bests[i], able.has(row.stack))),
       );
     });
@@ -168,7 +168,7 @@ export function tableSection(state: State): HTMLElement {
   state.changed.on(draw);
 
   const legend = [
-    stacks.some((stack) => stack.truth) ? "* was told the true friction." : "",
+    stacks.some((stack) => stack.truth) ? "* is given the true friction." : "",
     state.report.contenders().length < 2 ? "" : `Bold and marked: best${stacks.some((stack) => stack.truth) ? " among the others" : ""}.`,
     most >= leastForInterval ? `Medians over ${most} seeds, below them the 95 % interval of the median.` : most > 1 ? `Medians over ${most} seeds, below them smallest and largest.` : stacks.length > 1 ? "One seed: how much of a difference is chance cannot be told." : "",
   ];

@@ -22,7 +22,7 @@ export function stackColour(stack: number): string {
 export function stackShape(stack: number): Shape {
   return shapes[stack % shapes.length];
 }
-/** Stacks that were told the truth are dashed everywhere. */
+/** Stacks that are given the ground truth are dashed everywhere. */
 export function stackDash(truth: boolean): number[] | undefined {
   return truth ? [6, 4] : undefined;
 }

@@ -15,7 +15,7 @@ function sparse(x: ArrayLike<number>, stack: number): number[] {
   return Array.from({ length: count }, (_, k) => Math.floor(((k + share) / count) * (x.length - 1)));
 }
 
-/** The line of one run; dashed if the stack was told the truth. */
+/** The line of one run; dashed if the stack is given the ground truth. */
 export function runLine(state: State, run: RunData, y: ArrayLike<number>, x: ArrayLike<number> = run.t): Mark {
   const { truth } = state.report.meta.stacks[run.stack];
   const color = stackColour(run.stack);
@@ -88,7 +88,7 @@ const specs = (state: State): (Omit<ChartSpec, "x" | "time"> & { needs: string[]
   },
   {
     id: "friction",
-    title: "Friction, believed and true",
+    title: "Friction, estimated and true",
     note: "Band: one standard deviation of the belief.",
     y: { label: "µ of the whole car", decimals: 3 },
     needs: ["mu_belief", "mu_true"],

@@ -56,7 +56,7 @@ export function validationTable(state: State): HTMLElement {
           h(
             "tr",
             { class: able(estimator) ? undefined : "truth" },
-            h("th", { scope: "row", class: "name" }, swatch(i), estimator, able(estimator) ? null : h("abbr", { title: "was told the truth" }, " *")),
+            h("th", { scope: "row", class: "name" }, swatch(i), estimator, able(estimator) ? null : h("abbr", { title: "is given the ground truth" }, " *")),
             ...channels.flatMap((channel) => {
               const found = find(estimator, channel);
               const { r2, rmse, most, least } = texts(channel);

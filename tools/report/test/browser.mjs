@@ -187,7 +187,7 @@ async function checkLegend(page) {
   check(Math.max(...decimals.slice(0, -1)) === 1, `readouts of one chart have the same decimals (${decimals})`);
 }
 
-/** What is marked as best is the smallest of the stacks that were not told the truth. */
+/** What is marked as best is the smallest of the stacks that are not given the ground truth. */
 async function checkBest(page) {
   const wrong = await page.$$eval(".comparison tbody tr:not(.truth)", (rows) => {
     const cells = rows.map((row) => [...row.querySelectorAll("td")].map((td) => ({ best: td.classList.contains("best"), value: Number(td.querySelector(".value")?.firstChild?.textContent) })));

@@ -26,7 +26,7 @@ struct FitOptions {
   int iterations = 12;
   int tries = 3;  // starts of the search; the first is the world itself, the others are draws around it
   unsigned seed = 1;
-  bool undetermined_stay = false;  // where the fit begins, in place of their priors: unknowns that the logs do not tell
+  bool undetermined_stay = false;  // unknowns that the logs do not determine: where the fit begins, not at their priors
   std::function<void(const std::string&)> print;                   // a line on each log that is left out; may be empty
   std::function<void(double share, const std::string&)> progress;  // what is done, and what is under way; may be empty
 };
@@ -37,7 +37,7 @@ struct FittedParameter {
   Interval interval;
   enum class Status {
     determined,
-    undetermined,  // the logs do not tell: kept at its prior, or where the fit began (FitOptions)
+    undetermined,  // by the logs: kept at its prior, or where the fit began (FitOptions)
     at_bound,      // ran into the end of its range: kept there
   } status = Status::determined;
 };

@@ -10,7 +10,7 @@
 namespace gripline::calibrate {
 namespace {
 
-constexpr double farthest_error = 15.0;  // usual errors: a spin is no more wrong for being farther off
+constexpr double farthest_error = 15.0;  // scales: an error beyond, as of a spin, counts as this one
 
 /// The pseudo-Huber loss, as errors count in a fit.
 double pseudo_huber(double z, double delta) {

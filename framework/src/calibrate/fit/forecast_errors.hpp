@@ -19,7 +19,7 @@ struct ForecastChange {
   bool harms() const { return low > 0.0; }
 };
 
-/// Squared errors over what is usual, by start, those beyond three times that counting as a fit counts them, and the
+/// Squared errors over their scale (Weighing), by start, those beyond three times that counting as in a fit, and the
 /// stretch of time and the log that each start belongs to.
 struct ForecastErrors {
   std::vector<double> square;

@@ -145,6 +145,8 @@ std::string corners_text(const measured::SteadyTurning& logs, const std::optiona
   return text + measured::cornering_text(*given) + ".";
 }
 
-std::string no_understeer_text(const std::string& why_not) { return "understeer: not told by these logs; " + why_not; }
+std::string no_understeer_text(const std::string& why_not) {
+  return "understeer: not determined by these logs; " + why_not;
+}
 
 }  // namespace gripline::calibrate

@@ -39,7 +39,7 @@ std::optional<double> gradient_in(const measured::SteadyTurning& logs, const Sta
 /// by 0.45 deg/g." The second half says "does not agree" where `given`, the gradient of that world in the same corners,
 /// lies outside the interval, and is left out where there is none.
 std::string corners_text(const measured::SteadyTurning& logs, const std::optional<double>& given);
-/// "understeer: not told by these logs; " and why (TurningByLogs).
+/// "understeer: not determined by these logs; " and why (TurningByLogs).
 std::string no_understeer_text(const std::string& why_not);
 
 }  // namespace gripline::calibrate

@@ -87,8 +87,8 @@ std::vector<Eigen::VectorXd> normal_moves(const Eigen::MatrixXd& hessian, std::s
   return moves;
 }
 
-/// How much more the blocks' gradients scatter than the curvature says of errors that are independent and of their
-/// usual size, over all unknowns together, at least 1: predictions that overlap err alike, and what the model lacks
+/// How much more the blocks' gradients scatter than the curvature says of errors that are independent and of unit
+/// scale, over all unknowns together, at least 1: predictions that overlap err alike, and what the model lacks
 /// errs alike for seconds. tr(M^-1 V) / tr(M^-1 H), V the blocks' covariance, H the curvature and M that with the
 /// priors, so that each unknown counts by how much the blocks tell of it (quasi-likelihood with a dispersion:
 /// Wedderburn, Biometrika 61, 1974).

@@ -134,8 +134,8 @@ class Adaptation {
 
 }  // namespace
 
-SessionWeighing session_weighing(const std::array<double, quantities>& usual) {
-  const auto scale = [&](std::size_t q) { return usual[q] > 0.0 && std::isfinite(usual[q]) ? usual[q] : 1.0; };
+SessionWeighing session_weighing(const std::array<double, quantities>& rms) {
+  const auto scale = [&](std::size_t q) { return rms[q] > 0.0 && std::isfinite(rms[q]) ? rms[q] : 1.0; };
   const double place = scale(0) / std::sqrt(2.0);
   SessionWeighing weighing;
   weighing.scale = {place, place, scale(1), scale(2), scale(3), scale(4)};
@@ -145,13 +145,13 @@ SessionWeighing session_weighing(const std::array<double, quantities>& usual) {
 std::optional<SessionWeighing> session_weighing(const Node& world) {
   const Node* const row = find_pointer(world, "/calibration/errors_at_horizon/fitted");
   if (row == nullptr) return std::nullopt;
-  std::array<double, quantities> usual{};
+  std::array<double, quantities> rms{};
   for (std::size_t q = 0; q < quantities; ++q) {
     const Node* const figures = row->find(quantity_names[q]);
     if (figures != nullptr && figures->is_array() && !figures->array().empty() && figures->array().front().is_number())
-      usual[q] = figures->array().front().number();
+      rms[q] = figures->array().front().number();
   }
-  return session_weighing(usual);
+  return session_weighing(rms);
 }
 
 std::vector<Unknown> session_unknowns(std::span<const Unknown> unknowns) {

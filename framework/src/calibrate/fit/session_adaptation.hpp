@@ -20,14 +20,14 @@
 
 namespace gripline::calibrate {
 
-/// How past errors are weighed: over their usual size at 1 s, as the fit left it.
+/// How past errors are weighed: over their root mean square at 1 s, as the fit left it.
 struct SessionWeighing {
   std::array<double, channels> scale{1, 1, 1, 1, 1, 1};
   double weight = 0.25;  // of a start: those that follow each other err alike
 };
 
 /// From root mean square errors at 1 s; those that are not positive count as 1.
-SessionWeighing session_weighing(const std::array<double, quantities>& usual);
+SessionWeighing session_weighing(const std::array<double, quantities>& rms);
 /// From the record of a fit in the world; nothing where it was not fitted.
 std::optional<SessionWeighing> session_weighing(const Node& world);
 

@@ -262,9 +262,9 @@ class MeasuredRun {
   }
 
   SessionWeighing weighing() const {
-    std::array<double, quantities> usual{};
-    for (std::size_t q = 0; q < quantities; ++q) usual[q] = out_.fit.errors.back().error[q].rms;
-    return session_weighing(usual);
+    std::array<double, quantities> rms{};
+    for (std::size_t q = 0; q < quantities; ++q) rms[q] = out_.fit.errors.back().error[q].rms;
+    return session_weighing(rms);
   }
 
   /// The world without an effect, its other unknowns fitted again from where they stood. Of an effect that it has twice

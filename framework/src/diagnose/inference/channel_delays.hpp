@@ -27,10 +27,10 @@ struct ChannelDelay {
   std::string against() const;            // words of the group that shows the same motion
 };
 
-/// Groups that are surely late: of the delays between speeds and place, and between yaw rate and yaw
-/// (measured::pairwise_delays), those that are longer than a sample, and surely (thresholds::false_delay) longer than
-/// half of one. As no sensor shows what has not happened yet, that of the two which comes after the other is the late
-/// one. The logs are taken as from one recorder.
+/// Groups that are significantly late: of the delays between speeds and place, and between yaw rate and yaw
+/// (measured::pairwise_delays), those that are longer than a sample, and significantly (thresholds::false_delay) longer
+/// than half of one. As no sensor shows what has not happened yet, that of the two which comes after the other is the
+/// late one. The logs are taken as from one recorder.
 std::vector<ChannelDelay> sure_delays(std::span<const LogFile> logs, SpeedsBy speeds);
 
 /// What delays of place and yaw may still be wrong by is open in every model from now on: a pose is so precise that a

@@ -188,7 +188,7 @@ class Pass {
 
   /// Variance of a command half-way through the step after sample k.
   double variance_of_command(std::size_t k, std::size_t i) const {
-    return std::pow(noise_.command.steady[i], 2) + std::pow(noise_.command.moving[i] * lm_.unrest[k][i], 2);
+    return std::pow(noise_.command.steady[i], 2) + std::pow(noise_.command.moving[i] * lm_.command_variation[k][i], 2);
   }
 
   /// Variance of a reading at k + 1 by what commands may have done within the step; that it goes on in the state is

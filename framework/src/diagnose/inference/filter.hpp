@@ -12,8 +12,8 @@ namespace gripline::diagnose {
 /// Standard deviations of throttle and steering half-way between samples from where the log has them: a recorder that
 /// leaves samples out does not say what the driver did there.
 struct UnknownCommands {
-  Commands steady{};  // in every step
-  Commands moving{};  // beside it, over LinearModel::unrest of the step
+  Commands steady{};  // the same in every step
+  Commands moving{};  // beside it, as a share of LinearModel::command_variation of the step
   bool operator==(const UnknownCommands&) const = default;
 };
 

@@ -14,7 +14,7 @@ struct MeasuredNoise {
   double gain = 0;                       // log likelihood over the noise that the measurement began from
 };
 
-/// Chooses between noise measured with all unknowns and with fewer: `fewer` where it explains surely more
+/// Chooses between noise measured with all unknowns and with fewer: `fewer` where it explains significantly more
 /// (thresholds::noise_gain), because `all` then ended on a lower peak of the likelihood.
 MeasuredNoise higher_peak(const MeasuredNoise& all, const MeasuredNoise& fewer);
 

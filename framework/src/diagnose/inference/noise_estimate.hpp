@@ -22,8 +22,8 @@ MeasuredNoise measure_noise(const Problem& problem, const Fit& fitted, const Noi
 /// Lag-one correlation of the innovations of the worst channel, in standard deviations of that of white ones.
 double colour_statistic(const Problem& problem, const Fit& fitted);
 
-/// Score of a tenth of the commands' unrest as unknown between samples, in standard deviations of a score: large where
-/// the log asks for more of it.
+/// Score of a tenth of LinearModel::command_variation as unknown between samples, in standard deviations of a score:
+/// large where the log asks for more of it.
 double unknown_commands_statistic(const Problem& problem, const Fit& fitted);
 
 /// Log likelihood that bent commands are predicted to bring beyond what the effects' parameters would alone, by a score

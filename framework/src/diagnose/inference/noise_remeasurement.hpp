@@ -8,7 +8,8 @@ namespace gripline::diagnose {
 
 /// Whether commands are held from row to row, linear between them, or held in steps that the log left out: up to half a
 /// sample lies between these, which otherwise is an effect's. Another is taken where the log is as likely in it with
-/// fewer effects, or surely likelier with the same. Returns the new null model, or null where all stays as it is.
+/// fewer effects, or significantly likelier with the same. Returns the new null model, or null where all stays as it
+/// is.
 const Fit* hold_commands_anew(ModelPool& pool, const Road& road, const Fit& null_model, const Fit& found);
 
 /// Measures the noise with the best model where it is not what was assumed: coloured, unknown accelerations with

@@ -305,7 +305,7 @@ SearchResult search_effects(Problem problem, const Road& road, const SearchOptio
     noise.process[i] = std::pow(thresholds::start_process_noise * problem.process_unit[i], 2);
   Fit rough = fit(problem, problem.catalogue->null_model(), noise, thresholds::rough_iterations);
   if (problem.command_step != Commands{}) {
-    // Rounded by the recorder, unless the log is surely likelier with a car that is given rounded commands.
+    // Rounded by the recorder, unless the log is significantly likelier with a car that is given rounded commands.
     Problem unrounded = problem;
     unrounded.unround_commands();
     Fit other = fit(unrounded, rough.model, noise, thresholds::rough_iterations);

@@ -59,9 +59,9 @@ Catalogue::Catalogue(const VehicleSpec& nominal, const Car& car, const Registry&
       if (entry.decl->params[i].fit) c.fitted.push_back(i);
     }
     c.excluded = std::find(exclude.begin(), exclude.end(), c.id) != exclude.end();
-    const bool delays = c.effect->look_back(c.defaults) > 0.0;
+    const bool delays = c.effect->max_delay(c.defaults) > 0.0;
     // A delay puts an earlier command in place of what acts, and would undo a delay that the world has.
-    if (delays && own_looks_back()) continue;
+    if (delays && own_has_delay()) continue;
     c.dynamic = c.effect->memory() > 0 || delays;
     if (!c.dynamic) c.shapes = shape_parameters(c);
     if (c.shapes.size() == c.fitted.size()) c.shapes.clear();  // none of them has a strength to shape
@@ -102,16 +102,16 @@ bool Catalogue::before(std::size_t a, std::size_t b) const {
   return key(x) < key(y);
 }
 
-bool Catalogue::own_looks_back() const {
-  return std::ranges::any_of(own_, [](const Own& own) { return own.effect->look_back(own.params) > 0.0; });
+bool Catalogue::own_has_delay() const {
+  return std::ranges::any_of(own_, [](const Own& own) { return own.effect->max_delay(own.params) > 0.0; });
 }
 
-bool Catalogue::own_remembers_model() const {
+bool Catalogue::own_states_depend_on_model() const {
   return std::ranges::any_of(
       own_, [](const Own& own) { return own.effect->memory() > 0 && own.effect->stage() > Stage::command; });
 }
 
-bool Catalogue::own_remembers(std::size_t candidate) const {
+bool Catalogue::own_states_depend_on(std::size_t candidate) const {
   const Stage stage = candidates_[candidate].effect->stage();
   const std::size_t first = first_own_after(candidate);
   for (std::size_t i = 0; i < own_.size(); ++i) {

@@ -98,18 +98,18 @@ class Catalogue {
   bool pose_is_late() const {
     return std::ranges::any_of(nuisances_, [](const Nuisance& n) { return n.delay.has_value(); });
   }
-  /// Whether one of the world's own effects remembers what the nominal model does from its first stage on: it has
-  /// memory and acts at a later one.
-  bool own_remembers_model() const;
-  /// Whether one of them remembers what a candidate does: it has memory and acts after it.
-  bool own_remembers(std::size_t candidate) const;
+  /// Whether states of the world's own effects depend on the nominal model from its first stage on: one has memory
+  /// and acts at a later one.
+  bool own_states_depend_on_model() const;
+  /// Whether states of the own effects depend on a candidate: one has memory and acts after it.
+  bool own_states_depend_on(std::size_t candidate) const;
   std::string name(const ModelSpec& model) const;
   /// Whether candidate a acts earlier in the chain of stages than candidate b.
   bool before(std::size_t a, std::size_t b) const;
 
  private:
   std::size_t first_own_after(std::size_t candidate) const;
-  bool own_looks_back() const;
+  bool own_has_delay() const;
   Car car_;
   VehicleSpec nominal_;  // keeps the tables alive that instances point into
   Instance<VehicleModel> model_;

@@ -36,7 +36,7 @@ struct LinearModel {
   std::vector<double> input0;            // (n-1) x states x 3: what a rate at sample k, fading to k + 1, adds to z[k+1]
   std::vector<double> input1;            // the same for a rate at sample k + 1
   std::vector<double> by_command;        // (n-1) x 2 x states: of a unit of each command half-way; or empty
-  std::vector<Commands> unrest;          // n - 1: measured::command_unrest; or empty
+  std::vector<Commands> command_variation;              // n - 1: how far commands may leave a line in a step; or empty
   std::vector<measured::RoundingError> rounding_error;  // n: of the commands; or empty
   std::vector<double> offset;                           // (n-1) x (states - 3): f
   std::vector<double> innovation;                       // n x 6: reading minus h; NaN where there is no reading

@@ -51,7 +51,7 @@ void reading_regressors(const StagedCar& car, const Trace& trace, std::span<cons
   }
 }
 
-/// By a delay, which moves the kinks of the commands: a central difference.
+/// By a delay, which moves the breakpoints of the commands: a central difference.
 Regressor central_difference_regressor(StagedCar& car, const Trace& trace, std::size_t slot, double step) {
   const double keep = car.params()[slot];
   const auto rates = [&](double value) {
@@ -71,14 +71,14 @@ Regressor central_difference_regressor(StagedCar& car, const Trace& trace, std::
 /// Exact derivatives of rates hold the memory fixed, but a parameter that acts before an effect with memory also
 /// changes that memory: with relaxing tyres nothing of a tyre shows in the rates of an instant. Derivatives by such
 /// parameters are differences with the memory simulated anew. The effect may be the model's or the world's own.
-bool is_remembered(const Catalogue& catalogue, const ModelSpec& model, std::size_t candidate) {
-  if (catalogue.own_remembers(candidate)) return true;
+bool changes_memory(const Catalogue& catalogue, const ModelSpec& model, std::size_t candidate) {
+  if (catalogue.own_states_depend_on(candidate)) return true;
   return std::any_of(model.members.begin(), model.members.end(), [&](std::size_t m) {
     return catalogue.candidates()[m].effect->memory() > 0 && catalogue.before(candidate, m);
   });
 }
-bool nominal_is_remembered(const Catalogue& catalogue, const ModelSpec& model) {
-  if (catalogue.own_remembers_model()) return true;
+bool nominal_changes_memory(const Catalogue& catalogue, const ModelSpec& model) {
+  if (catalogue.own_states_depend_on_model()) return true;
   return std::any_of(model.members.begin(), model.members.end(), [&](std::size_t m) {
     const Effect& effect = *catalogue.candidates()[m].effect;
     return effect.memory() > 0 && effect.stage() > Stage::command;
@@ -125,13 +125,13 @@ OwnPlan plan_own(const Catalogue& catalogue, const ModelSpec& model, const Stage
   const auto move = [&](std::size_t slot, double step, bool delay) {
     plan.moved.push_back({slot, plan.count++, step, delay});
   };
-  const bool remembered = nominal_is_remembered(catalogue, model);
+  const bool remembered = nominal_changes_memory(catalogue, model);
   for (const Nuisance& n : catalogue.nuisances())
     remembered && !n.delay ? move(n.index, small_step * n.sigma, false) : exact(n.index);
   for (std::size_t i = 0; i < model.members.size(); ++i) {
     const Candidate& c = catalogue.candidates()[model.members[i]];
     const auto at = slots(catalogue, model, car, i);
-    const bool later = is_remembered(catalogue, model, model.members[i]);
+    const bool later = changes_memory(catalogue, model, model.members[i]);
     for (std::size_t f = 0; f < at.size(); ++f) {
       const double scale = c.decl(f).scale;
       if (!c.dynamic)
@@ -139,7 +139,7 @@ OwnPlan plan_own(const Catalogue& catalogue, const ModelSpec& model, const Stage
       else if (c.effect->memory() > 0)
         move(at[f], small_step * std::abs(car.params()[at[f]]) + 1e-6 * scale, false);
       else
-        move(at[f], 0.5 * dt, true);  // a delay, whose rates have kinks: half a sample to either side
+        move(at[f], 0.5 * dt, true);  // a delay, at breakpoints of the commands: half a sample to either side
     }
   }
   return plan;
@@ -200,7 +200,7 @@ class CandidateProbe {
         lm_(lm),
         without_(without),
         car_(catalogue.build(at_start(catalogue, model, candidate))),
-        through_memory_(is_remembered(catalogue, model, candidate)) {
+        through_memory_(changes_memory(catalogue, model, candidate)) {
     const ModelSpec more = catalogue.with(model, candidate);
     slots_ = slots(catalogue, more, car_, more.position(candidate));
   }

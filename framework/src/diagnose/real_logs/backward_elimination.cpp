@@ -15,7 +15,8 @@ using calibrate::Unknown;
 namespace {
 
 /// Whether an addition is the offset of a steering whose curve is there too. It stays with the curve as the term of
-/// lower order: that the fitted time determines it and that predictions are better with it, surely or not, is enough.
+/// lower order: that the fitted time determines it and that predictions are better with it, significantly or not, is
+/// enough.
 bool is_offset_of_curve(const std::vector<Addition>& added, std::size_t index) {
   return added[index].asymmetry == SteeringAsymmetry::offset &&
          std::ranges::find(added, SteeringAsymmetry::curve, &Addition::asymmetry) != added.end();
@@ -86,10 +87,10 @@ Ablation evaluate_without(const EffectSearch& search, const Selection& selection
   const UnfittedChange by_it = compare_unfitted(now, without);
   out.reported = change_of(search.reported(now), search.reported(without));
   out.significance = by_it.significance;
-  // Several may be needed together, none of them surely missed beside the rest: then those that went count with it.
+  // Several may be needed together, none of them significant beside the rest: then those that went count with it.
   const double together = compare_unfitted(first, without).significance;
-  const bool surely = std::max(by_it.significance, together) > least_significance;
-  out.needed = by_it.smaller && (surely || is_offset_of_curve(selection.added, index));
+  const bool significant = std::max(by_it.significance, together) > least_significance;
+  out.needed = by_it.smaller && (significant || is_offset_of_curve(selection.added, index));
   return out;
 }
 
@@ -121,7 +122,7 @@ std::vector<MissingEffect> eliminate_backward(const EffectSearch& search, Select
   if (selection.added.empty()) return {};
   search.fits.refit_until_still(*selection.trial);  // as those without one of the effects are that it is compared with
   search.validate(*selection.trial);
-  // What is left is never surely worse than this.
+  // What is left is never significantly worse than this.
   const UnfittedErrors first = search.unfitted_errors(*selection.trial);
   std::map<std::string, double> significance;  // of effects that were evaluated
   for (;;) {

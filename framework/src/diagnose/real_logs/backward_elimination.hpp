@@ -8,8 +8,8 @@
 namespace gripline::diagnose {
 
 /// Leaves in `selection` what is missed where it is taken out, by validation time and by the logs held out; the offset
-/// of a steering whose curve stays also where predictions are better with it, but not surely. Gives how far predictions
-/// improve by each effect left beside the others, the best first. Values are not filled in.
+/// of a steering whose curve stays also where predictions are better with it, but not significantly. Gives how far
+/// predictions improve by each effect left beside the others, the best first. Values are not filled in.
 std::vector<MissingEffect> eliminate_backward(const EffectSearch& search, Selection& selection);
 
 }  // namespace gripline::diagnose

@@ -82,7 +82,7 @@ struct Selection {
 /// The calibrated world without any effect added.
 Selection nothing_added(const EffectSearch& search);
 
-/// Adds those of a world's unknowns that its logs did not tell, or that ended at a bound, to what a trial fits.
+/// Adds those of a world's unknowns that its logs did not determine, or that ended at a bound, to what a trial fits.
 void open_undetermined(const EffectSearch& search, calibrate::Trial& trial);
 
 /// A world as `predict` uses it: with an observer that learns disturbances, fitted anew.

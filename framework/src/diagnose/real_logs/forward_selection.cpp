@@ -71,8 +71,8 @@ void try_candidate(const EffectSearch& search, const Selection& selection, Round
   ScoredEffect& row = round.rows[index];
   row = {calibrate::addition_of(effect, base).name, 1.0 - trial->cost / base.cost, true, trial->validation.rms(),
          change_of(trial->validation, base.validation)};
-  // Whether it surely helps is asked in the end, beside the others: what is still missing is noise here. Where blocks
-  // do not agree on it, it must be sure by now.
+  // Whether it helps significantly is tested in the end, beside the others: what is still missing is noise here. Where
+  // blocks do not agree on it, it must be sure by now.
   const bool disputed = !(score.score > agreed) && !(score.apart < hidden);
   if (!near || !(disputed ? row.change.helps() : row.change.change < 0.0) || !(trial->cost < rival)) return;
   round.best = std::move(trial);

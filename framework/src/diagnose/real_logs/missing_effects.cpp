@@ -63,7 +63,7 @@ MissingEffects::OverNoise largest_over_noise_of(const calibrate::HorizonRow& row
   return out;
 }
 
-/// What sensors alone would leave of errors, over what is usual; 0 where it is not known, for a channel that is judged
+/// The normalised error that sensor noise alone would leave; 0 where it is not known, for a channel that is judged
 /// and has too few readings to show its noise.
 double noise_of_sensors(const std::list<measured::SessionFile>& files, const calibrate::Weighing& weighing) {
   double sum = 0.0, weight = 0.0;

@@ -57,7 +57,7 @@ struct ScoredEffect {
 /// What the effects named do to one log.
 struct SessionChange {
   std::string log;
-  double calibrated = 0, found = 0;  // errors of the model alone, in usual errors
+  double calibrated = 0, found = 0;  // normalised errors (below) of the model alone
   calibrate::ForecastChange change;  // found against calibrated
 };
 
@@ -74,8 +74,9 @@ struct MissingEffects {
   std::vector<ScoredEffect> ranking;  // largest decrease first, those that harm last
   /// Of predictions 1 s ahead of time not fitted, as `predict` makes them: rows `given`, `calibrated`, `found`.
   std::vector<calibrate::HorizonRow> rows;
-  /// Errors of the model alone, without disturbances that the observer learns, in usual errors of the calibrated world
-  /// (all channels): its own is about 1. `noise`: what sensors alone would leave, 0 where that is not known.
+  /// Normalised errors of the model alone, without disturbances that the observer learns: root mean squares over all
+  /// channels, each over the root mean square error of the calibrated world, whose own is about 1. `noise`: what sensor
+  /// noise alone would leave, 0 where that is not known.
   double given = 0, calibrated = 0, found = 0, noise = 0;
   double validation = 0;  // of the calibrated world on validation time, which `ranking` is by
   /// The quantity whose error 1 s ahead is largest over its own sensors' noise, and how many times that is: in the sum

@@ -12,7 +12,7 @@ namespace gripline::diagnose {
 
 ErrorChange error_change(const calibrate::ForecastChange& change);
 
-/// How much of the error beyond what sensors leave is closed, by calibration and effects together [usual errors].
+/// How much of the normalised error beyond what sensor noise leaves is closed, by calibration and effects together.
 Gap real_gap(const MissingEffects& found);
 
 Diagnosis real_diagnosis(const MissingEffects& found, std::span<const ChannelDelay> delays, const Cornering& corners);

@@ -58,17 +58,17 @@ std::string improvement_text(const MissingEffects& found) {
   return text + decrease_text(found.change) + " off what is left then. ";
 }
 
-/// What remains beside what sensors alone would leave.
+/// The error that remains, beside what sensor noise alone would leave.
 std::string remaining_text(const MissingEffects& found) {
-  std::string text = "What remains, " + significant(found.found, 3) + " usual errors";
+  std::string text = "The normalised error that remains, " + significant(found.found, 3);
   if (found.at_noise())
     return text + ", is as large as the sensors' own noise (" + significant(found.noise, 3) +
-           "): nothing more can be told from these logs.";
+           "): these logs show nothing more.";
   if (found.noise > 0.0)
-    text += " where sensors alone would leave " + significant(std::min(found.noise, found.found), 2);
-  text += ", is not known: ";
+    text += " where sensor noise alone would leave " + significant(std::min(found.noise, found.found), 2);
+  text += ", is unexplained: ";
   text += found.named.empty() ? "no effect" : "no other effect";
-  text += " that was tried takes enough of it off, or surely enough, to be named";
+  text += " that was tried reduces it by enough, or with enough certainty, to be named";
   if (found.sum_at_noise())
     text += "; the error of " + found.largest_over_noise.quantity + " is " +
             significant(found.largest_over_noise.times, 2) + " times its sensor's noise";

@@ -22,7 +22,7 @@ std::vector<double> step_knots(const StagedCar& car, const Log& log, int substep
     kink -= std::floor(kink);
     if (kink > 1e-6 && kink < 1.0 - 1e-6) corners.push_back(kink);
   };
-  const double delay = car.look_back() / log.dt, lag = log.hold.lag;
+  const double delay = car.max_delay() / log.dt, lag = log.hold.lag;
   add_kink(lag);
   add_kink(delay + lag);
   if (!log.fine.empty()) {
@@ -48,7 +48,7 @@ LogStepper::LogStepper(const StagedCar& car, const Log& log, int substeps)
     : car_(car),
       log_(log),
       m_(static_cast<std::size_t>(car.memory())),
-      looks_back_(car.look_back() > 0.0),
+      looks_back_(car.max_delay() > 0.0),
       knots_(step_knots(car, log, substeps)),
       rk4_(find_tableau("rk4")) {}
 
@@ -144,7 +144,7 @@ class MemoryIntegrator {
     batch_.command = command_.data();
     batch_.at = at_.data();
     batch_.memory_rate = rate_.data();
-    if (car.look_back() > 0.0) batch_.history = history_.data();
+    if (car.max_delay() > 0.0) batch_.history = history_.data();
     go_to(0, 0.0, 1);
     car.start_memory(batch_, now_.data());
   }

@@ -14,7 +14,7 @@ using test::CalibrateRig;
 using test::drive;
 using test::small_car_world;
 
-constexpr SessionWeighing usual{{0.05, 0.05, 0.05, 0.1, 0.1, 0.2}, 0.25};
+constexpr SessionWeighing weighing{{0.05, 0.05, 0.05, 0.1, 0.1, 0.2}, 0.25};
 
 /// A session of a car that steers 3 degrees to the left of what the fit found and has a weaker motor.
 struct Bench {
@@ -40,7 +40,7 @@ struct Bench {
   FitLog log(const Session& of) const { return {of, rig.forecaster.options().step, {1.0}, 0.5, 0.5}; }
   std::vector<double> predict(const FitLog& log, std::span<const Unknown> with,
                               std::vector<double>* at_end = nullptr) const {
-    return predict_session(rig.forecaster, log, params, with, usual, at_end);
+    return predict_session(rig.forecaster, log, params, with, weighing, at_end);
   }
 
   CalibrateRig rig, truth;

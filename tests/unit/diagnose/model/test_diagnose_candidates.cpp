@@ -35,8 +35,8 @@ TEST(Catalogue, MembersStandAmongTheWorldsOwnEffects) {
     order += link.own ? (link.index == 0 ? "lag " : "offset ") : (link.index == 0 ? "delay " : "gain ");
   EXPECT_EQ(order, "delay lag gain offset ");
   EXPECT_EQ(catalogue.effect_number(late, 0), 0U);
-  EXPECT_TRUE(catalogue.own_remembers(catalogue.find("input_delay"))) << "the lag remembers what was delayed";
-  EXPECT_FALSE(catalogue.own_remembers(catalogue.find("steer_gain")));
+  EXPECT_TRUE(catalogue.own_states_depend_on(catalogue.find("input_delay"))) << "states of the lag depend on the delay";
+  EXPECT_FALSE(catalogue.own_states_depend_on(catalogue.find("steer_gain")));
   const measured::Log with = rig.simulate(late, {2, 5, 0.0}),
                       without = rig.simulate(catalogue.null_model(), {2, 5, 0.0});
   for (std::size_t k = 0; k < with.reading.size(); ++k) EXPECT_NEAR(with.reading[k], without.reading[k], 1e-9);

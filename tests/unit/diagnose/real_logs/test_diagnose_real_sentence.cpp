@@ -30,8 +30,8 @@ TEST(RealSentence, SaysWhatCalibrationTakesOffAndWhatIsLeft) {
   EXPECT_EQ(
       text_of(found_with({})),
       "Calibrating the world takes 33 % (30 % to 40 %) off the error of predictions 1 s ahead of time that was not "
-      "fitted. What remains, 1 usual errors where sensors alone would leave 0.5, is not known: no effect that was "
-      "tried takes enough of it off, or surely enough, to be named.");
+      "fitted. The normalised error that remains, 1 where sensor noise alone would leave 0.5, is unexplained: no "
+      "effect that was tried reduces it by enough, or with enough certainty, to be named.");
 }
 
 TEST(RealSentence, ListsEffectsWithTheirValues) {
@@ -39,7 +39,7 @@ TEST(RealSentence, ListsEffectsWithTheirValues) {
               HasSubstr("not fitted; drag (k = 0.3) takes 50 % (40 % to 60 %) off what is left then. "));
   EXPECT_THAT(text_of(found_with({"drag", "bank", "lag"})),
               HasSubstr("; drag (k = 0.3), bank (k = 0.3) and lag (k = 0.3) take 50 % "));
-  EXPECT_THAT(text_of(found_with({"drag"})), HasSubstr("is not known: no other effect that was tried"));
+  EXPECT_THAT(text_of(found_with({"drag"})), HasSubstr("is unexplained: no other effect that was tried"));
 }
 
 TEST(RealSentence, SaysThatCalibrationTookNothingOff) {
@@ -51,14 +51,15 @@ TEST(RealSentence, SaysThatCalibrationTookNothingOff) {
 TEST(RealSentence, EndsWhereNothingIsLeftBesideNoise) {
   MissingEffects found = found_with({});
   found.noise = 1.0;
-  EXPECT_THAT(text_of(found), EndsWith(". What remains, 1 usual errors, is as large as the sensors' own noise (1): "
-                                       "nothing more can be told from these logs."));
+  EXPECT_THAT(text_of(found),
+              EndsWith(". The normalised error that remains, 1, is as large as the sensors' own noise (1): "
+                       "these logs show nothing more."));
 }
 
 TEST(RealSentence, SaysNothingOfSensorsWhoseNoiseIsNotKnown) {
   MissingEffects found = found_with({});
   found.noise = 0.0;
-  EXPECT_THAT(text_of(found), HasSubstr("What remains, 1 usual errors, is not known: no effect"));
+  EXPECT_THAT(text_of(found), HasSubstr("The normalised error that remains, 1, is unexplained: no effect"));
 }
 
 /// One channel that is wrong drowns in the sum of all.
@@ -66,7 +67,7 @@ TEST(RealSentence, DoesNotEndWhereOneChannelIsFarAboveItsNoise) {
   MissingEffects found = found_with({});
   found.noise = 1.0;
   found.largest_over_noise = {"vy", 9.2};
-  EXPECT_THAT(text_of(found), HasSubstr("is not known"));
+  EXPECT_THAT(text_of(found), HasSubstr("is unexplained"));
   EXPECT_THAT(text_of(found), HasSubstr("; the error of vy is 9.2 times its sensor's noise"));
   found.largest_over_noise = {"vy", 2.0};
   EXPECT_TRUE(found.at_noise());

@@ -76,7 +76,7 @@ TEST(RealTables, CalibratedAreNeitherTheObserversNorOfEffectsNamed) {
 TEST(RealTables, SayWhyNothingIsSaidOfCorners) {
   Cornering corners;
   corners.why_not = "they are short";
-  EXPECT_EQ(no_understeer(corners), "\nundersteer: not told by these logs; they are short\n");
+  EXPECT_EQ(no_understeer(corners), "\nundersteer: not determined by these logs; they are short\n");
   corners.why_not.clear();
   EXPECT_EQ(no_understeer(corners), "");
 }

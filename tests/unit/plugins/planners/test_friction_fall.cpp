@@ -20,7 +20,7 @@ TEST(SeenFriction, IsEvidenceOfLessAlsoWhereItIsNotSure) {
   EXPECT_FALSE((SeenFriction{0, 0.6, 0.0, -1}.below(0.81)));  // never seen
 }
 
-/// A belief of 0.9 on piece 10 that fell to 0.6 on piece 12: two pieces a step of 20 ms, and 0.3 s of doubt.
+/// A belief of 0.9 on piece 10 that fell to 0.6 on piece 12: two pieces a step of 20 ms, and 0.3 s to detect it.
 class FrictionFallTest : public ::testing::Test {
  protected:
   FrictionFall::Now see(double mu, double spread = 0.0) {

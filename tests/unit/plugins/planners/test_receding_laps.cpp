@@ -247,7 +247,7 @@ class RecedingLapsAstray : public RecedingLapsAfterAWrongBelief {
   std::size_t node() const { return setup_->node_at(at_); }
   const LapPlan::Node& planned() const { return plan_.nodes[node()]; }
   /// At `at_`, this far to the left of the plan at the node behind it, at a multiple of its speed.
-  State astray(double beside, double faster) const {
+  State off_plan(double beside, double faster) const {
     const LinePoint p = setup_->base().at(at_);
     const double n = planned().n + beside;
     State x;
@@ -277,7 +277,7 @@ TEST_F(RecedingLapsAstray, APlanBeginsWithTheCarsOwnStateAndJoinsTheLap) {
   drive(3.0, believed(0.8));
   const LapPlan before = plan_;
   const std::size_t here = node();
-  const State x = astray(-0.02, 1.06);
+  const State x = off_plan(-0.02, 1.06);
   const long allocated = rig::allocations.load();
   plan_from(x, 15);
   EXPECT_EQ(rig::allocations.load(), allocated);
@@ -299,7 +299,7 @@ TEST_F(RecedingLapsAstray, WhereNoPlanBeginsWithTheCarItBeginsNearby) {
     if (loss(k) > loss(hardest)) hardest = k;
   at_ = setup_->nodes().s[hardest] - 3.0 * speed;
   drive(3.0, believed(0.8));
-  const State x = astray(0.0, 1.25);
+  const State x = off_plan(0.0, 1.25);
   plan_from(x, 40);
   EXPECT_GT(planned().v, 0.8 * x.vx);
   EXPECT_LT(planned().v, 0.97 * x.vx);
@@ -310,7 +310,7 @@ TEST_F(RecedingLapsAstray, ACarThatIsBackHasThePlanThatItHadBefore) {
   drive(3.0, believed(0.8));
   const LapPlan before = plan_;
   const std::size_t here = node();
-  plan_from(astray(-0.02, 1.06), 15);
+  plan_from(off_plan(-0.02, 1.06), 15);
   EXPECT_GT(plan_.nodes[here].v, 1.04 * before.nodes[here].v);
   drive(4.0, believed(0.8));
   EXPECT_LE(laps_->barrier(), 1e-4);
@@ -413,7 +413,7 @@ TEST_F(RecedingLapsCurvature, OfAPlanThatBeginsAtTheCarBeginsWithIt) {
   drive(3.0, believed(0.8));
   const LapPlan before = plan_;
   ASSERT_EQ(node(), size() - 1);
-  plan_from(astray(-0.02, 1.0), 15);
+  plan_from(off_plan(-0.02, 1.0), 15);
   ASSERT_EQ(laps_->changed_first(), size() - 1);
   EXPECT_EQ(wrong(), (std::vector{size() - 2, size() - 1}));
   EXPECT_EQ(plan_.nodes[size() - 1].kappa, plan_.nodes[0].kappa);

@@ -1,4 +1,4 @@
-#include "world/doubts.hpp"
+#include "world/plausibility.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include "support/paths.hpp"
 
 namespace gripline {
-namespace test_doubts {
+namespace test_plausibility {
 
 using testing::AllOf;
 using testing::Contains;
@@ -18,40 +18,40 @@ using testing::IsEmpty;
 using testing::SizeIs;
 using namespace testing_support;
 
-std::vector<std::string> doubts_of(const char* patch, const char* file = "worlds/ethz.json") {
+std::vector<std::string> warnings_of(const char* patch, const char* file = "worlds/ethz.json") {
   Node tree = load_world(source_dir() / file);
   Errors errors;
   const WorldSpec world = read_world(merge(std::move(tree), json(patch)), plugins(), errors);
   errors.throw_if_any();
-  return doubts_about(world);
+  return plausibility_warnings(world);
 }
 
-TEST(Doubts, NoneOfTheShippedWorlds) {
+TEST(Plausibility, NoneOfTheShippedWorlds) {
   int asked = 0;
   for (const auto& entry : std::filesystem::directory_iterator(source_dir() / "worlds")) {
     if (entry.path().extension() != ".json") continue;
     Errors errors;
     const WorldSpec world = read_world(load_world(entry.path()), plugins(), errors, RoadRule::optional);
     errors.throw_if_any();
-    EXPECT_THAT(doubts_about(world), IsEmpty()) << entry.path();
+    EXPECT_THAT(plausibility_warnings(world), IsEmpty()) << entry.path();
     ++asked;
   }
   ASSERT_GT(asked, 0);
 }
 
-TEST(Doubts, AGripThatNoTyreHas) {
+TEST(Plausibility, AGripThatNoTyreHas) {
   EXPECT_THAT(
-      doubts_of(R"({"car": {"m": 41e-6, "Iz": 27.8e-9}})"),
+      warnings_of(R"({"car": {"m": 41e-6, "Iz": 27.8e-9}})"),
       AllOf(Contains(HasSubstr("the front axle's peak lateral force is")), Contains(HasSubstr("the rear axle's"))));
-  EXPECT_THAT(doubts_of(R"({"friction": {"points": [{"t": 0, "factor": 1}, {"t": 9, "factor": 70}]}})"),
+  EXPECT_THAT(warnings_of(R"({"friction": {"points": [{"t": 0, "factor": 1}, {"t": 9, "factor": 70}]}})"),
               Contains(HasSubstr("at friction factor 70; tyres have about 0.05 to 5")));
-  EXPECT_THAT(doubts_of(R"({"friction": {"points": [{"t": 0, "factor": 1}, {"t": 9, "factor": 0.5}]}})"), IsEmpty());
-  EXPECT_THAT(doubts_of(R"({"plant": {"params": {"Df": 192, "Dr": 173.7}}})"), SizeIs(2));
-  EXPECT_THAT(doubts_of(R"({"friction": {"points": [{"t": 0, "factor": 70}]}})", "worlds/full_size.json"), SizeIs(2));
+  EXPECT_THAT(warnings_of(R"({"friction": {"points": [{"t": 0, "factor": 1}, {"t": 9, "factor": 0.5}]}})"), IsEmpty());
+  EXPECT_THAT(warnings_of(R"({"plant": {"params": {"Df": 192, "Dr": 173.7}}})"), SizeIs(2));
+  EXPECT_THAT(warnings_of(R"({"friction": {"points": [{"t": 0, "factor": 70}]}})", "worlds/full_size.json"), SizeIs(2));
 }
 
 /// Without a process to ask the plant in, what else there is to say is said.
-TEST(Doubts, WhatCannotBeAskedEndsNothing) {
+TEST(Plausibility, WhatCannotBeAskedEndsNothing) {
 #if defined(__SANITIZE_ADDRESS__)
   GTEST_SKIP() << "sanitizers look at memory through pipes of their own";
 #endif
@@ -63,35 +63,35 @@ TEST(Doubts, WhatCannotBeAskedEndsNothing) {
   ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
   const rlimit none{0, before.rlim_max};
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);  // no pipe can be made
-  const std::vector<std::string> doubts = doubts_about(world);
+  const std::vector<std::string> warnings = plausibility_warnings(world);
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
   EXPECT_THAT(
-      doubts,
+      warnings,
       ElementsAre(HasSubstr("within a factor of 10"),
                   HasSubstr("cannot tell whether the axles' peak lateral forces are those of tyres: no pipe: ")));
 }
 
-TEST(Doubts, AnInertiaThatMassAndAxlesCannotHave) {
-  EXPECT_THAT(doubts_of(R"({"car": {"Iz": 27.8e-8}})"), ElementsAre(HasSubstr("Iz is 0.007085 times m lf lr")));
-  EXPECT_THAT(doubts_of(R"({"car": {"Iz": 27.8e-3}})"), ElementsAre(HasSubstr("within a factor of 10")));
+TEST(Plausibility, AnInertiaThatMassAndAxlesCannotHave) {
+  EXPECT_THAT(warnings_of(R"({"car": {"Iz": 27.8e-8}})"), ElementsAre(HasSubstr("Iz is 0.007085 times m lf lr")));
+  EXPECT_THAT(warnings_of(R"({"car": {"Iz": 27.8e-3}})"), ElementsAre(HasSubstr("within a factor of 10")));
 }
 
-TEST(Doubts, NoiseWiderThanTheRoad) {
-  EXPECT_THAT(doubts_of(R"({"sensors": {"sigma": {"x": 2e9}}})"), ElementsAre(HasSubstr("sigma of x is 2e+09 m")));
-  EXPECT_THAT(doubts_of(R"({"sensors": {"sigma": {"x": "2 cm"}}})"), IsEmpty());
+TEST(Plausibility, NoiseWiderThanTheRoad) {
+  EXPECT_THAT(warnings_of(R"({"sensors": {"sigma": {"x": 2e9}}})"), ElementsAre(HasSubstr("sigma of x is 2e+09 m")));
+  EXPECT_THAT(warnings_of(R"({"sensors": {"sigma": {"x": "2 cm"}}})"), IsEmpty());
 }
 
-TEST(Doubts, LengthsThatNoCarHas) {
+TEST(Plausibility, LengthsThatNoCarHas) {
   Car car = world_of("{}").car.car;
-  EXPECT_THAT(doubts_about(car), IsEmpty());
+  EXPECT_THAT(plausibility_warnings(car), IsEmpty());
   car.lf *= 1000.0;
   car.Iz *= 1000.0;
-  EXPECT_THAT(doubts_about(car), Contains(HasSubstr("more than the car is long")));
+  EXPECT_THAT(plausibility_warnings(car), Contains(HasSubstr("more than the car is long")));
   car.length = 0.004;
   car.width = 60.0;
-  EXPECT_THAT(doubts_about(car), AllOf(Contains("length is 0.004 m; cars have 0.01 to 30 m"),
-                                       Contains("width is 60 m; cars have 0.01 to 30 m")));
+  EXPECT_THAT(plausibility_warnings(car), AllOf(Contains("length is 0.004 m; cars have 0.01 to 30 m"),
+                                                Contains("width is 60 m; cars have 0.01 to 30 m")));
 }
 
-}  // namespace test_doubts
+}  // namespace test_plausibility
 }  // namespace gripline

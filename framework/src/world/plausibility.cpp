@@ -1,4 +1,4 @@
-#include "world/doubts.hpp"
+#include "world/plausibility.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -54,14 +54,14 @@ std::vector<double> grips_of(const WorldSpec& world) {
   return grips;
 }
 
-void doubt_grip(const WorldSpec& world, std::vector<std::string>& doubts) {
+void check_grip(const WorldSpec& world, std::vector<std::string>& warnings) {
   const auto [lo, hi] = factors_of(world.friction);
   std::vector<double> grips;
   try {
     grips = grips_of(world);
   } catch (const std::runtime_error& none) {  // what cannot be asked stops nothing
-    doubts.push_back(std::string("cannot tell whether the axles' peak lateral forces are those of tyres: ") +
-                     none.what());
+    warnings.push_back(std::string("cannot tell whether the axles' peak lateral forces are those of tyres: ") +
+                       none.what());
     return;
   }
   const auto beyond = [](double grip) { return grip < least_grip || grip > most_grip; };
@@ -73,47 +73,47 @@ void doubt_grip(const WorldSpec& world, std::vector<std::string>& doubts) {
       if (!beyond(grips[i]) && beyond(grips[i] * one) && factor.empty())
         grip = grips[i] * one, factor = " at friction factor " + text_of(one);
     if (!beyond(grip)) continue;
-    doubts.push_back(std::string(i == 0 ? "the front" : "the rear") + " axle's peak lateral force is " + text_of(grip) +
-                     " times its load" + factor + "; tyres have about " + text_of(least_grip) + " to " +
-                     text_of(most_grip) + ": are mass, forces and factors in SI?");
+    warnings.push_back(std::string(i == 0 ? "the front" : "the rear") + " axle's peak lateral force is " +
+                       text_of(grip) + " times its load" + factor + "; tyres have about " + text_of(least_grip) +
+                       " to " + text_of(most_grip) + ": are mass, forces and factors in SI?");
   }
 }
 
-void doubt_sensors(const WorldSpec& world, std::vector<std::string>& doubts) {
+void check_sensors(const WorldSpec& world, std::vector<std::string>& warnings) {
   for (std::size_t i = 0; i < 2; ++i) {
     const double sigma = world.sensors.channels[i].sigma;
     if (sigma > world.track->narrowest())
-      doubts.push_back(std::string("the sensors' sigma of ") + sensor_channels[i].name + " is " + text_of(sigma) +
-                       " m, more than the road is wide (" + text_of(world.track->narrowest()) + " m)");
+      warnings.push_back(std::string("the sensors' sigma of ") + sensor_channels[i].name + " is " + text_of(sigma) +
+                         " m, more than the road is wide (" + text_of(world.track->narrowest()) + " m)");
   }
 }
 
 }  // namespace
 
-std::vector<std::string> doubts_about(const Car& car) {
-  std::vector<std::string> doubts;
+std::vector<std::string> plausibility_warnings(const Car& car) {
+  std::vector<std::string> warnings;
   const std::pair<const char*, double> lengths[] = {
       {"lf", car.lf}, {"lr", car.lr}, {"length", car.length}, {"width", car.width}};
   for (const auto& [name, metres] : lengths)
     if (metres < shortest || metres > longest)
-      doubts.push_back(std::string(name) + " is " + text_of(metres) + " m; cars have " + text_of(shortest) + " to " +
-                       text_of(longest) + " m");
+      warnings.push_back(std::string(name) + " is " + text_of(metres) + " m; cars have " + text_of(shortest) + " to " +
+                         text_of(longest) + " m");
   const double ratio = car.Iz / (car.m * car.lf * car.lr);
   if (ratio < least_inertia || ratio > most_inertia)
-    doubts.push_back("Iz is " + text_of(ratio) + " times m lf lr; of cars it is about that, within a factor of 10");
+    warnings.push_back("Iz is " + text_of(ratio) + " times m lf lr; of cars it is about that, within a factor of 10");
   constexpr double most_base = 1.5;  // axles apart over length; models in 1:43 with short bodies have 1.03
   if (car.lf + car.lr > most_base * car.length)
-    doubts.push_back("the axles are " + text_of(car.lf + car.lr) + " m apart (lf + lr), more than the car is long (" +
-                     text_of(car.length) + " m)");
-  return doubts;
+    warnings.push_back("the axles are " + text_of(car.lf + car.lr) + " m apart (lf + lr), more than the car is long (" +
+                       text_of(car.length) + " m)");
+  return warnings;
 }
 
-std::vector<std::string> doubts_about(const WorldSpec& world) {
-  std::vector<std::string> doubts = doubts_about(world.car.car);
-  if (!world.track) return doubts;
-  doubt_grip(world, doubts);
-  doubt_sensors(world, doubts);
-  return doubts;
+std::vector<std::string> plausibility_warnings(const WorldSpec& world) {
+  std::vector<std::string> warnings = plausibility_warnings(world.car.car);
+  if (!world.track) return warnings;
+  check_grip(world, warnings);
+  check_sensors(world, warnings);
+  return warnings;
 }
 
 }  // namespace gripline
