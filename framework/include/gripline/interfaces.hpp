@@ -245,7 +245,9 @@ struct PluginContext {
   Car car;                          ///< the stack's car, or the world's
   double dt = 0;                    ///< control step [s]; 0 in offline work
   Hold hold = Hold::zoh;            ///< what commands do within a step
-  std::uint64_t seed = 1;           ///< of this run: all randomness of a plugin comes from it
+  std::uint64_t seed = 1;           ///< of this run: all randomness of a plugin comes from it. The world draws its
+                                    ///< sensors' noise from it too; a plugin that repeats those draws knows the truth
+                                    ///< without having declared it, which nothing prevents
   double mu_init = 1;               ///< what the stack believes of friction before it learned [-]
   const Course* course = nullptr;   ///< the road; null for effects and models in offline work
   Prediction* nominal = nullptr;    ///< the stack's nominal model; null for models, effects and plants

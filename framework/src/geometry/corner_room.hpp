@@ -14,8 +14,8 @@ struct FarthestCorner {
 };
 
 /// The lap on which a car's corners stay best inside, of those tried: the centre line, where the car can steer along
-/// it, and lines of least curvature, ever farther from the edges. The car rolls without slip. It must fit and turn
-/// (check_car_fits, check_car_turns), else this may throw GeometryError.
+/// it, and lines of least curvature, ever farther from the edges that corners come beyond. The car rolls without slip.
+/// It must fit and turn (check_car_fits, check_car_turns), else this may throw GeometryError.
 FarthestCorner farthest_corner(const Track& track, const Car& car);
 
 }  // namespace gripline

@@ -26,16 +26,17 @@ struct Frame {
 Frame cut(const Track& track, const RacingLineOptions& options, std::size_t count) {
   Frame frame;
   const double keep = 0.5 * options.car_width + options.margin;
+  const double keep_left = keep + options.margin_left, keep_right = keep + options.margin_right;
   for (std::size_t i = 0; i < count; ++i) {
     const CurvePoint point = track.at(track.length() * static_cast<double>(i) / static_cast<double>(count));
     frame.base.push_back({point.x, point.y});
     frame.normal.push_back({-std::sin(point.yaw), std::cos(point.yaw)});
-    frame.lower.push_back(keep - track.half_width_right(point.s));
-    frame.upper.push_back(track.half_width_left(point.s) - keep);
+    frame.lower.push_back(keep_right - track.half_width_right(point.s));
+    frame.upper.push_back(track.half_width_left(point.s) - keep_left);
     if (!(frame.lower.back() < frame.upper.back()))
       throw GeometryError(
           format("no racing line: at s = %.4g m the road is %.4g m wide, the car with its margins %.4g m", point.s,
-                 track.half_width_right(point.s) + track.half_width_left(point.s), 2.0 * keep) +
+                 track.half_width_right(point.s) + track.half_width_left(point.s), keep_left + keep_right) +
           (options.margin > 0.0
                ? format("; the planner's \"margin\" is %.4g m of that on both sides, less of it may do", options.margin)
                : ""));

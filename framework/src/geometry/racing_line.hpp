@@ -35,8 +35,9 @@ struct RacingLine {
 };
 
 struct RacingLineOptions {
-  double car_width = 0.0;  ///< [m] half of it stays inside the edges
-  double margin = 0.0;     ///< [m] further distance to both edges
+  double car_width = 0.0;                        ///< [m] half of it stays inside the edges
+  double margin = 0.0;                           ///< [m] further distance to both edges
+  double margin_left = 0.0, margin_right = 0.0;  ///< [m] beside that to one of them
   /// [m] of the stations and of the samples; 0 means a sixteenth of the narrowest width, 23 mm on ETHZ
   double spacing = 0.0;
   double max_curvature = 0.0;  ///< [1/m] soft bound; 0 means none
@@ -47,7 +48,8 @@ struct RacingLineOptions {
 };
 
 /// Minimises the integral of kappa^2 (eq. (1): the sum over equal steps) over offsets n in [-right + car_width/2 +
-/// margin, left - car_width/2 - margin]. Throws GeometryError if the road is too narrow for that.
+/// margin, left - car_width/2 - margin], from which margins to one edge are taken. Throws GeometryError if the road is
+/// too narrow for that.
 RacingLine minimum_curvature_line(const Track& track, const RacingLineOptions& options);
 
 /// Radius of the centre of gravity's path at full lock without slip [m].

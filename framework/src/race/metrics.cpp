@@ -38,6 +38,14 @@ double Metrics::mu_true() const {
   return total_mu({.mu_front = truth.mu(Axle::front), .mu_rear = truth.mu(Axle::rear)}, world_.spec().car.car);
 }
 
+/// A car that stands visits no slip: that of its front axle would be the angle at which the wheels are turned, and that
+/// of a car that creeps sideways any angle.
+void Metrics::visit_slips() {
+  if (std::hypot(world_.state().vx, world_.state().vy) < world_.spec().car.car.v_min) return;
+  visit_slip(Axle::front);
+  visit_slip(Axle::rear);
+}
+
 /// Largest true force over the slips visited so far. Evaluated only when the slip exceeds the largest one before, and
 /// at points in between, because one step may pass over the peak.
 void Metrics::visit_slip(Axle axle) {
@@ -84,8 +92,7 @@ void Metrics::step() {
   factor_.add(factor_of_step_);
   factor_of_step_ = world_.truth().factor();
   if (world_.lap_ended()) lap(*world_.lap_ended());
-  visit_slip(Axle::front);
-  visit_slip(Axle::rear);
+  visit_slips();
   if (world_.outside()) summary_.violation_s += dt;
   if (world_.body_outside()) summary_.violation_body_s += dt;
 }

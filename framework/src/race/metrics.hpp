@@ -61,6 +61,7 @@ class Metrics {
     void add(double value) { sum += value, ++count; }
     double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0.0; }
   };
+  void visit_slips();
   void visit_slip(Axle axle);
   void lap(double ended);
   void add_friction_error(const Belief& belief);

@@ -19,8 +19,9 @@ struct StackSpec {
   VehicleSpec model;
   PluginSpec estimator;  // may be empty
   PluginSpec planner, controller;
-  double adapt_after = 0.0;    // [s] from then on the learned correction is part of the model
-  double careful_until = 0.0;  // [s] until then plans are still made for mu_init
+  double adapt_after = 0.0;  // [s] from then on the learned correction is part of the model
+  // [s] Until then planners are given mu_init all the same. One that is given no belief has a parameter for that.
+  double careful_until = 0.0;
   double mu_init = 1.0;
   std::optional<StateFilterSpec> state_filter;  // planner and controller act on the readings where there is none
   Origin state_filter_at;                       // where it is written

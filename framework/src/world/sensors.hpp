@@ -43,6 +43,7 @@ SensorSpec read_sensors(const Node& node, double dt, Errors& errors);
 
 class Sensors {
  public:
+  /// `seed`: of the run, which its plugins know too.
   Sensors(SensorSpec spec, std::uint64_t seed);
   /// The reading of the state at this control step. Call once per step, in order.
   Reading<double> sense(std::int64_t step, const Reading<double>& truth);

@@ -33,7 +33,7 @@ class RecoveryPath {
   /// friction that plans rest on, `reference(s)` the reference at a station of the line.
   template <class Reference>
   bool update(const Observation& now, double foot, double mu, const Reference& reference) {
-    friction_ = std::max(mu, 0.05) * gravity;
+    friction_ = std::max(mu, least_mu) * gravity;
     const State& x = now.x;
     const double v = std::hypot(x.vx, x.vy);
     if (!active_) {
@@ -46,10 +46,10 @@ class RecoveryPath {
       return true;
     }
     follow(x);
-    if (driven_ >= path_.length() - 0.25 * radius_ && std::abs(heading_error(x)) < 0.5 * off_path_angle) {
+    if (driven_ >= path_.length() - arrived_before * radius_ && std::abs(heading_error(x)) < arrived_angle) {
       active_ = false;
     } else if (const double off = distance(x, driven_);
-               off > 0.5 * radius_ || std::abs(heading_error(x)) > off_path_angle) {
+               off > off_path_distance * radius_ || std::abs(heading_error(x)) > off_path_angle) {
       if (too_fast(v))
         slowing_ = true;
       else
@@ -68,7 +68,7 @@ class RecoveryPath {
       fill_slowing(now, dt, horizon);
       return;
     }
-    double v = std::max(now.x.vx, 0.01), way = driven_, yaw = now.x.yaw;
+    double v = std::max(now.x.vx, least_speed), way = driven_, yaw = now.x.yaw;
     for (std::size_t k = 0; k < horizon.size(); ++k) {
       RefPoint& r = horizon[k];
       const double beyond = way - path_.length(), s = wrap_periodic(target_ + beyond, line_.length());
@@ -83,17 +83,44 @@ class RecoveryPath {
   }
 
  private:
-  static constexpr double steering_share = 0.85;  // of full lock
-  static constexpr double friction_share = 0.35;  // of the friction, in the arcs
-  static constexpr double braking_share = 0.6;    // of the friction, where the car is slowed down
+  // What a way is driven with; the rest of lock and friction is left to the controller, which keeps the car on it.
+  static constexpr double steering_share = 0.85;                       // of full lock, for the radius of the arcs
+  static constexpr double friction_share = 0.35;                       // of the friction, in the arcs
+  static constexpr double braking_share = 0.6;                         // of the friction, where the car is slowed down
+  static constexpr double standing_share = 0.3, too_fast_share = 1.5;  // of the speed in the arcs
+  static constexpr double least_mu = 0.05;     // that is reckoned with: at none the car would stop
+  static constexpr double least_speed = 0.01;  // [m/s] of references, also of a car that stands
+
+  // When a car is lost.
   static constexpr double lost_angle = 1.5;       // [rad] between car and line: lines cross roads at up to 1.4
   static constexpr double askew_angle = 0.3;      // [rad] between a standing car and the line, and
   static constexpr double room_for_a_turn = 2.5;  // the least room over what the turn takes at the radius of the arcs
-  static constexpr double off_path_angle = 1.2;   // [rad] between car and the way back
-  static constexpr double standing_share = 0.3, too_fast_share = 1.5;  // of the speed in the arcs
-  static constexpr double beside_cost = 2.0;  // of a metre that is driven the car's width beside the road [m]
-  static constexpr double free_room = 1e3;    // [m] that references state where no edge is to hold the car back
-  static constexpr int places = 48;           // of the line that a way may lead to
+  static constexpr double lost_off = 1.5;         // of the road's width, from the reference: not on this road
+  // Nearer to the line, but inside its bend: by this share of the road's width, and of the way to the bend's centre,
+  // where places of the line far apart are equally near.
+  static constexpr double inside_off = 0.5, inside_bend = 0.7;
+
+  // When a car has arrived, before the end of its way, or is so far off it that it begins another.
+  static constexpr double off_path_distance = 0.5;                                      // of the radius, beside the way
+  static constexpr double off_path_angle = 1.2;                                         // [rad] between car and way
+  static constexpr double arrived_before = 0.25, arrived_angle = 0.5 * off_path_angle;  // of the radius; [rad]
+
+  // Where on the line ways may lead to: so many radii behind and ahead of the car, a few of its turning circles; for a
+  // car that is far off further ahead, by so many times its distance from the line; but no more than a share of the
+  // lap, since places beyond are nearer the other way round.
+  static constexpr int places = 48;
+  static constexpr double behind = 4.0, ahead_least = 12.0, ahead_per_off = 2.0;
+  static constexpr double behind_share = 0.1, ahead_share = 0.4;
+  // Which is chosen.
+  static constexpr double gained = 0.9;        // of a metre of way, for each that it ends further along the line
+  static constexpr double beside_cost = 2.0;   // of a metre that is driven the car's width beside the road [m]
+  static constexpr double beside_step = 0.25;  // of the radius, between places that are looked at for it
+  static constexpr double free_room = 1e3;     // [m] that references state where no edge is to hold the car back
+
+  // Newton's steps to the place of the way beside the car, and how long they are at most, over the radius: along a
+  // tangent, which an arc leaves.
+  static constexpr int foot_steps = 4;
+  static constexpr double longest_foot_step = 0.25;
 
   /// In the arcs [m/s].
   double speed() const { return std::sqrt(friction_share * friction_ * radius_); }
@@ -115,7 +142,7 @@ class RecoveryPath {
     const bool stands = std::hypot(x.vx, x.vy) < standing_share * speed();
     return (stands && (across > p.left || -across > p.right || short_of_room(x, p, across))) ||
            std::abs(std::remainder(x.yaw - (planned.yaw - planned.beta), 2.0 * std::numbers::pi)) > lost_angle ||
-           off > 1.5 * width || (off > 0.5 * width && across * p.kappa > 0.7);
+           off > lost_off * width || (off > inside_off * width && across * p.kappa > inside_bend);
   }
 
   /// Whether a car that drives off needs much of the room on the side that it faces to turn along the line. A
@@ -129,8 +156,9 @@ class RecoveryPath {
   template <class Reference>
   void begin(const State& x, double foot, const Reference& reference) {
     const PlanePose from{x.x, x.y, x.yaw};
-    const double nearest = -std::min(4.0 * radius_, 0.1 * line_.length());
-    const double farthest = std::min(12.0 * radius_ + 2.0 * distance_to_line(x, foot), 0.4 * line_.length());
+    const double nearest = -std::min(behind * radius_, behind_share * line_.length());
+    const double farthest =
+        std::min(ahead_least * radius_ + ahead_per_off * distance_to_line(x, foot), ahead_share * line_.length());
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i <= places; ++i) {
       const double ahead = std::lerp(nearest, farthest, static_cast<double>(i) / places);
@@ -139,7 +167,7 @@ class RecoveryPath {
       for (int kind = 0; kind < DubinsPath::kinds; ++kind) {
         const auto path = DubinsPath::between(from, {r.x, r.y, r.yaw}, radius_, kind);
         if (!path) continue;
-        const double longer = path->length() - 0.9 * ahead;
+        const double longer = path->length() - gained * ahead;
         if (longer >= least) continue;
         const double cost = longer + beside(*path, foot, least - longer);
         if (cost >= least) continue;
@@ -153,7 +181,7 @@ class RecoveryPath {
   /// What the parts of a path beside the road cost, by the square of how far they are beside it [m]; the sum ends where
   /// it exceeds `most`.
   double beside(const DubinsPath& path, double foot, double most) const {
-    const double step = 0.25 * radius_;
+    const double step = beside_step * radius_;
     double sum = 0.0, hint = foot, curvature = 0.0;
     for (double way = step; way < path.length() && sum < most; way += step) {
       const PlanePose p = path.at(way, curvature);
@@ -181,11 +209,12 @@ class RecoveryPath {
   }
   /// The place of the way beside the car, near the last one: Newton's method with the curvature left out.
   void follow(const State& x) {
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < foot_steps; ++i) {
       double curvature = 0.0;
       const PlanePose p = path_.at(driven_, curvature);
       const double ahead = (x.x - p.x) * std::cos(p.yaw) + (x.y - p.y) * std::sin(p.yaw);
-      driven_ = std::clamp(driven_ + std::clamp(ahead, -0.25 * radius_, 0.25 * radius_), 0.0, path_.length());
+      driven_ = std::clamp(driven_ + std::clamp(ahead, -longest_foot_step * radius_, longest_foot_step * radius_), 0.0,
+                           path_.length());
     }
   }
 

@@ -32,7 +32,8 @@ namespace gripline::time_optimal {
 
 using namespace planning;
 
-/// Beliefs, and references along a lap, however it is solved.
+/// Beliefs, and references along a lap, however it is solved. A planner's `plan` is these calls, in this order:
+/// believe(), plan_for(), its own solver, whose lap it shows to followed(), and drive().
 class LapPlanner : public SpeedPlanner {
  public:
   /// What the planners do differently. `time_optimal` sets no bounds of friction: beyond those of its library it has
@@ -61,17 +62,59 @@ class LapPlanner : public SpeedPlanner {
         recovery_(context.car, setup_.base()),
         mu_plan_(params.start * context.mu_init),
         reserve_(params, setup_.top_speed()),
-        references_(context, params, manner.at_own_speed,
-                    {&setup_, &line_, &reserve_, &join_, [this](double station) { return grip_ahead(station); }}) {}
+        references_(context, params, manner.at_own_speed, {&setup_, &line_, &reserve_, &join_}) {}
   LapPlanner(const LapPlanner&) = delete;
   LapPlanner& operator=(const LapPlanner&) = delete;
 
-  void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
-            std::span<RefPoint> horizon) override {
-    believe(now, belief, learned);
+  std::span<const LinePoint> line() const override { return line_.samples(); }
+
+ protected:
+  /// What is believed of the car, and of the road below it, in a control step.
+  struct Believed {
+    AxleTyres tyres;
+    double spread = 0;     // standard deviation of their friction
+    double friction = 0;   // of the road around the car
+    bool trusted = false;  // else all is as the parameters state it
+    bool learned = false;  // tyres and resistance: laps are solved for them
+  };
+  /// `learned`: null where no tyre curves are.
+  Believed believe(const Observation& now, const Belief& belief, const TyreCurve* learned) {
+    tyres_.see(now.x);
+    const AxleTyres tyres = tyres_.tyres(belief, learned);
+    const bool replan = belief.trusted && learned != nullptr && k_.replan;
+    if (replan && before_) resistance_.learn(*before_, now, dt_, tyres.front, car_, *nominal_);
+    before_ = now;
+    return {tyres, total_sigma(belief, car_), total_mu(belief, car_), belief.trusted, replan};
+  }
+
+  /// Chooses the friction and the share of speeds that are planned for. The car that laps are to be solved for, where
+  /// anything is learned of it.
+  std::optional<CarBelief> plan_for(const Believed& believed) {
+    relative_spread_ = believed.spread / std::max(mu_of(believed.tyres), 1e-3);
+    const double start = k_.start * mu_init_;
+    const double friction = believed.trusted ? believed.friction : start;
+    low_mu_ = std::min({friction, k_.mu_lo, low_mu_ + k_.rise * dt_});
+    approach(believed.trusted ? k_.factor * (mu_of(believed.tyres) - k_.sigma * believed.spread) : start);
+    reserve_.set(mu_plan_, {.driven = low_mu_, .there = friction}, believed.trusted);
+    const CarBelief car{believed.tyres, resistance_.value()};
+    references_.set({.rear = believed.learned ? car.tyres.rear : tyres_.generic().rear,
+                     .resistance = car.resistance,
+                     .tightened = car_.width * (k_.tighten + k_.tighten_sigma * relative_spread_)});
+    return believed.learned ? std::optional(car) : std::nullopt;
+  }
+
+  /// Fills the horizon from the car's place beside followed() on. `grip_here`: friction below the car over that which is
+  /// planned for; `grip_ahead(s)`: friction expected at a station of the base line over that believed below the car.
+  template <class Grip>
+  void drive(const Observation& now, double grip_here, const Grip& grip_ahead, std::span<RefPoint> horizon) {
+    // A solver that asked for the place did so on the plan of the step before.
     const double station = line_.locate(now.x.x, now.x.y, now.x.yaw);
-    const auto on_line = [&](double s) { return references_.at(s, now.x.yaw); };
-    const double here = mu_plan_ * grip_here();
+    const auto on_line = [&](double s) {
+      RefPoint r = references_.at(s, now.x.yaw);
+      r.at.grip = grip_ahead(s);
+      return r;
+    };
+    const double here = mu_plan_ * grip_here;
     if (recovery_.update(now, station, here, on_line)) {
       join_.forget();
       const auto speed = [&](double s) { return driven_speed(line_.at(s).v); };
@@ -81,22 +124,14 @@ class LapPlanner : public SpeedPlanner {
     }
     join_.update(now, station, here, static_cast<double>(horizon.size()) * dt_, on_line);
     references_.sample(now, station, horizon);
+    for (RefPoint& r : horizon) r.at.grip = grip_ahead(r.s);
     join_.move(horizon);
   }
-  std::span<const LinePoint> line() const override { return line_.samples(); }
-
- protected:
-  /// Sets the plan of followed() for this control step. `learned`: null where nothing is learned of the car.
-  virtual void update(const CarBelief* learned, const Observation& now) = 0;
-  /// May replace what is believed here, its friction's deviation included, by what is believed of the road ahead.
-  virtual void see(const Observation& /*now*/, AxleTyres& /*tyres*/, double& /*spread*/) {}
-  /// Friction of the road where `believed` is believed below the car: in a slippery place that is known, and until the
-  /// belief has come back behind it, that of the road around it, as laps know the place.
-  virtual double road_friction(double believed) const { return believed; }
-  /// Friction below the car over that which is planned for.
-  virtual double grip_here() const { return 1.0; }
-  /// Friction expected at a station of the base line over that believed below the car.
-  virtual double grip_ahead(double /*station*/) const { return 1.0; }
+  /// On a road that is expected to be alike everywhere.
+  void drive(const Observation& now, std::span<RefPoint> horizon) {
+    const auto alike = [](double) { return 1.0; };
+    drive(now, 1.0, alike, horizon);
+  }
 
   /// What is driven where v is planned [m/s].
   double driven_speed(double v) const { return references_.driven_speed(v); }
@@ -126,29 +161,6 @@ class LapPlanner : public SpeedPlanner {
                     .full_slip_until_speed = manner.full_slip_until_speed,
                     .small_slip_from_speed = manner.small_slip_from_speed}};
   }
-  /// What is believed and planned for from now on.
-  void believe(const Observation& now, const Belief& belief, const TyreCurve* learned) {
-    tyres_.see(now.x);
-    AxleTyres tyres = tyres_.tyres(belief, learned);
-    const MagicFormula front = tyres.front;
-    double spread = total_sigma(belief, car_);
-    if (belief.trusted) see(now, tyres, spread);
-    relative_spread_ = spread / std::max(mu_of(tyres), 1e-3);
-    const double start = k_.start * mu_init_;
-    const double believed = belief.trusted ? road_friction(total_mu(belief, car_)) : start;
-    low_mu_ = std::min({believed, k_.mu_lo, low_mu_ + k_.rise * dt_});
-    approach(belief.trusted ? k_.factor * (mu_of(tyres) - k_.sigma * spread) : start);
-    reserve_.set(mu_plan_, {.driven = low_mu_, .there = believed}, belief.trusted);
-    const bool replan = belief.trusted && learned != nullptr && k_.replan;
-    if (replan && before_) resistance_.learn(*before_, now, dt_, front, car_, *nominal_);
-    before_ = now;
-    const CarBelief car{tyres, resistance_.value()};
-    references_.set({.rear = replan ? tyres.rear : tyres_.generic().rear,
-                     .resistance = car.resistance,
-                     .tightened = car_.width * (k_.tighten + k_.tighten_sigma * relative_spread_)});
-    update(replan ? &car : nullptr, now);
-  }
-
   /// A fall of the friction counts at once, a rise at the rate `rise`.
   void approach(double target) {
     const double least = std::min(manner_.least_mu, std::max(low_mu_, least_friction));

@@ -55,7 +55,6 @@ RefPoint LapReferences::at(double s, const PlanPoint& p, double yaw_near) const 
   r.at.kappa = c.kappa;
   r.at.grade = c.grade;
   r.at.bank = c.bank;
-  r.at.grip = from_.grip(s);
   return r;
 }
 

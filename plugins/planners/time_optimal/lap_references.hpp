@@ -2,7 +2,6 @@
 // axis, v cos(beta).
 #pragma once
 
-#include <functional>
 #include <gripline/interfaces.hpp>
 #include <span>
 
@@ -22,7 +21,6 @@ class LapReferences {
     const PlanFollower* line;
     const PaceReserve* reserve;
     const planning::JoinPath* join;
-    std::function<double(double station)> grip;  // friction expected there over that believed below the car
   };
   /// What holds in a control step.
   struct Step {
@@ -39,9 +37,9 @@ class LapReferences {
   double driven_speed(double v) const { return from_.reserve->pace(v) * v; }
   /// The acceleration by which references may gain speed [m/s2].
   double gain(double v) const;
-  /// The reference at a station of the base line; its heading is the one nearest to `yaw_near`.
+  /// The reference at a station of the base line; its heading is the one nearest to `yaw_near`, its grip 1.
   RefPoint at(double station, double yaw_near) const { return at(station, from_.line->at(station), yaw_near); }
-  /// Fills the horizon with references from a station of the base line on, one per control step.
+  /// Fills the horizon with references from a station of the base line on, one per control step; their grip is 1.
   void sample(const Observation& now, double station, std::span<RefPoint> horizon) const;
 
  private:

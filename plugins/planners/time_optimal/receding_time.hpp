@@ -6,6 +6,7 @@
 #include <cmath>
 #include <gripline/plugin.hpp>
 #include <optional>
+#include <span>
 #include <stdexcept>
 
 #include "planners/time_optimal/friction_places.hpp"
@@ -76,45 +77,14 @@ class RecedingTime final : public LapPlanner {
     followed().set(plan_);
   }
 
- protected:
-  void update(const CarBelief* learned, const Observation& now) override {
-    const CarBelief& car = learned != nullptr ? *learned : typical();
-    // What is known of tyres ends where they have slipped; a curve fitted up to there holds a little further.
-    constexpr double beyond = 1.4;
-    laps_.set_slip_bound_slow_car(std::min(slip_bound_slow_car_, beyond * visited_slip()));
-    const double station = followed().locate(now.x.x, now.x.y, now.x.yaw);
-    const bool may_begin_at_car = from_car_state_ && learned != nullptr;
-    if (may_begin_at_car) update_off_plan(now.x, station);
-    laps_.step({scaled_to(car.tyres, mu_lap()), car.resistance}, learned != nullptr ? relative_spread() : 0.0, station,
-               plan_, may_begin_at_car && is_off_plan() ? &now.x : nullptr);
-    if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
-  }
-
-  void see(const Observation& now, AxleTyres& tyres, double& spread) override {
-    if (!places_) return;
-    believed_here_ = mu_of(tyres);
-    node_ = setup().node_at(followed().locate(now.x.x, now.x.y, now.x.yaw));
-    if (places_->step(node_, mu_of(tyres), spread))
-      for (std::size_t i = 0; i < setup().nodes().s.size(); ++i) laps_.set_grip(i, places_->grip(i));
-    if (places_->holding()) {
-      tyres = scaled_to(outside_, places_->mu());
-      spread = spread_outside_;
-    } else {
-      outside_ = tyres;
-      spread_outside_ = spread;
-    }
-  }
-  double road_friction(double believed) const override {
-    return places_ && places_->holding() ? places_->mu() : believed;
-  }
-  double grip_here() const override { return places_ ? places_->grip(node_) : 1.0; }
-  /// The friction of the road without its places times the grip of the place ahead, over what is believed: right also
-  /// on the first steps into a place, when the belief is still that of the road before it. Just behind a place no more
-  /// than is believed is expected ahead, as the place may have grown.
-  double grip_ahead(double station) const override {
-    if (!places_ || !(believed_here_ > 0.0)) return 1.0;
-    const double ahead = places_->mu() * places_->grip(setup().node_at(station)) / believed_here_;
-    return places_->holding() && places_->grip(node_) == 1.0 ? std::min(1.0, ahead) : ahead;
+  void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
+            std::span<RefPoint> horizon) override {
+    Believed believed = believe(now, belief, learned);
+    if (places_ && believed.trusted) see_places(now.x, believed);
+    solve(now.x, plan_for(believed));
+    if (!places_) return drive(now, horizon);
+    const auto ahead = [this](double station) { return grip_ahead(station); };
+    drive(now, places_->grip(node_), ahead, horizon);
   }
 
  private:
@@ -127,6 +97,43 @@ class RecedingTime final : public LapPlanner {
     if (params.small_slip_from_speed > 0 && params.small_slip_from_speed <= params.full_slip_until_speed)
       throw std::invalid_argument("\"slip_fast\" is not above \"slip_slow\"; expected a higher speed, or 0");
     return params;
+  }
+  /// Learns where the road is slippery. In such a place, and until the belief has come back behind it, the road ahead is
+  /// believed to be as it was before the place.
+  void see_places(const State& x, Believed& believed) {
+    believed_here_ = mu_of(believed.tyres);
+    node_ = setup().node_at(followed().locate(x.x, x.y, x.yaw));
+    if (places_->step(node_, believed_here_, believed.spread))
+      for (std::size_t i = 0; i < setup().nodes().s.size(); ++i) laps_.set_grip(i, places_->grip(i));
+    if (places_->holding()) {
+      believed.tyres = scaled_to(outside_, places_->mu());
+      believed.spread = spread_outside_;
+      believed.friction = places_->mu();
+    } else {
+      outside_ = believed.tyres;
+      spread_outside_ = believed.spread;
+    }
+  }
+  /// The friction of the road without its places times the grip of the place ahead, over what is believed: right also
+  /// on the first steps into a place, when the belief is still that of the road before it. Just behind a place no more
+  /// than is believed is expected ahead, as the place may have grown.
+  double grip_ahead(double station) const {
+    if (!(believed_here_ > 0.0)) return 1.0;
+    const double ahead = places_->mu() * places_->grip(setup().node_at(station)) / believed_here_;
+    return places_->holding() && places_->grip(node_) == 1.0 ? std::min(1.0, ahead) : ahead;
+  }
+  /// Solves the lap ahead of the car and shows it to followed(). `learned`: as of plan_for().
+  void solve(const State& x, const std::optional<CarBelief>& learned) {
+    const CarBelief car = learned.value_or(typical());
+    // What is known of tyres ends where they have slipped; a curve fitted up to there holds a little further.
+    constexpr double beyond = 1.4;
+    laps_.set_slip_bound_slow_car(std::min(slip_bound_slow_car_, beyond * visited_slip()));
+    const double station = followed().locate(x.x, x.y, x.yaw);
+    const bool may_begin_at_car = from_car_state_ && learned;
+    if (may_begin_at_car) update_off_plan(x, station);
+    laps_.step({scaled_to(car.tyres, mu_lap()), car.resistance}, learned ? relative_spread() : 0.0, station, plan_,
+               may_begin_at_car && is_off_plan() ? &x : nullptr);
+    if (laps_.changed_count() > 0) followed().set(plan_, laps_.changed_first(), laps_.changed_count());
   }
   /// How long an estimator may take to detect a new friction [s]: some of the time in which a car at the limit of grip
   /// loses its typical speed, which is what slips large enough to show it take to build up.

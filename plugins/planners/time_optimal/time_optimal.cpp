@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 #include <gripline/plugin.hpp>
+#include <optional>
+#include <span>
 
 #include "common/planning/planned_friction.hpp"
 #include "common/reference_step.hpp"
@@ -55,13 +57,15 @@ class TimeOptimal final : public LapPlanner {
     laps_.step(nullptr, mu_lap(), plan_);
     followed().set(plan_);
   }
-  double latency() const noexcept override { return laps_.longest_wait() * dt(); }
 
- protected:
-  void update(const CarBelief* learned, const Observation& /*now*/) override {
-    laps_.step(learned, mu_lap(), plan_);
+  void plan(const Observation& now, const Belief& belief, const TyreCurve* learned,
+            std::span<RefPoint> horizon) override {
+    const std::optional<CarBelief> car = plan_for(believe(now, belief, learned));
+    laps_.step(car ? &*car : nullptr, mu_lap(), plan_);
     followed().set(plan_);
+    drive(now, horizon);
   }
+  double latency() const noexcept override { return laps_.longest_wait() * dt(); }
 
  private:
   /// Those of dt [s] that last as long as so many reference steps, at least.

@@ -35,6 +35,14 @@ TEST(CornerRoom, ALineFartherInsideIsFound) {
   EXPECT_LE(farthest_corner(ring(1.0, 0.3, 0.02), car_of(0.3, 0.1)).beyond, 0.0);
 }
 
+/// On the centre line and on the widest one its outer corners swing out. There is room farther inside, but not for the
+/// same distance from the inner edge.
+TEST(CornerRoom, WhereOneEdgeLacksRoomTheLineKeepsAwayFromThatOneAlone) {
+  const Track road = ring(1.0, 0.1, 0.1);
+  ASSERT_GT(std::hypot(1.05, 0.35) - 1.1, 0.0);
+  EXPECT_LT(farthest_corner(road, car_of(0.7, 0.1)).beyond, -0.01);
+}
+
 TEST(CornerRoom, TheSmallCarHasRoomOnItsRoads) {
   const Car car{.lf = 0.029, .lr = 0.033, .length = 0.06, .width = 0.03, .delta_max = 0.35};
   for (const char* name : {"ethz.json", "ethz_mobil.json"})

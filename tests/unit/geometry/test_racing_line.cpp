@@ -103,6 +103,14 @@ TEST(RacingLine, OnARingItRunsAlongTheOuterEdge) {
   }
 }
 
+TEST(RacingLine, AMarginToOneEdgeIsKeptFromThatOneAlone) {
+  const RacingLine inside =
+      minimum_curvature_line(ring(1.0, 0.2), {.car_width = kCarWidth, .margin = 0.01, .margin_right = 0.02});
+  for (const RacingLineSample& at : inside.samples) EXPECT_NEAR(at.right, 0.045, 1e-4);
+  const RacingLine widest = minimum_curvature_line(ring(1.0, 0.2), {.car_width = kCarWidth, .margin_left = 0.3});
+  for (const RacingLineSample& at : widest.samples) EXPECT_NEAR(at.right, 0.015, 1e-4);
+}
+
 TEST(RacingLine, AHighPriceOnLengthMakesItTheShortest) {
   const RacingLine line = minimum_curvature_line(ring(1.0, 0.2), {.car_width = 0.1, .length_weight = 1e3});
   EXPECT_NEAR(line.length(), 2.0 * kPi * 0.85, 1e-3);

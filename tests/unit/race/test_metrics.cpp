@@ -243,6 +243,38 @@ TEST(Metrics, FrictionErrorsAgainstTheTruthAndAgainstWhatWasVisited) {
   EXPECT_NEAR(summary.mu_visited_rmse.value(), std::sqrt(visited_squares / visited), 1e-9);
 }
 
+/// Wheels that are turned at rest, further than they slip later, have visited nothing.
+TEST(Metrics, ACarThatStandsVisitsNoSlip) {
+  Drive drive(R"({"start": {"speed": 0}})");
+  Belief belief;
+  belief.trusted = true;
+  double at_rest = 0;
+  for (int k = 0; k < 6; ++k) {
+    drive.step({0, k < 3 ? 5.0 : -5.0}, belief);
+    at_rest = std::max(at_rest, std::abs(drive.world().slip(Axle::front)));
+  }
+  ASSERT_GT(at_rest, 0.25);
+  ASSERT_NEAR(drive.world().covered(), 0, 1e-9);
+  double squares = 0, reach_front = 0, reach_rear = 0;
+  int visited = 0;
+  while (drive.world().laps() < 3) {
+    ASSERT_LT(drive.world().time(), 60);
+    drive.step(drive.follow(1.0), belief);
+    const World& world = drive.world();
+    if (std::hypot(world.state().vx, world.state().vy) < world.spec().car.car.v_min) continue;
+    reach_front = std::max(reach_front, std::abs(world.slip(Axle::front)));
+    reach_rear = std::max(reach_rear, std::abs(world.slip(Axle::rear)));
+    if (world.covered() < 2 * world.track().length()) continue;
+    const double force = 0.192 * std::sin(1.2 * std::atan(2.579 * reach_front)) +
+                         0.1737 * std::sin(1.2691 * std::atan(3.3852 * reach_rear));
+    squares += std::pow(1.0 - force / (0.041 * 9.81), 2);
+    ++visited;
+  }
+  ASSERT_LT(reach_front, 0.8 * at_rest);
+  ASSERT_GT(visited, 100);
+  EXPECT_NEAR(drive.summary().mu_visited_rmse.value(), std::sqrt(squares / visited), 1e-9);
+}
+
 /// A tyre whose peak lies between two slips seen one after the other was visited there.
 TEST(Metrics, APeakThatWasJumpedOverWasVisited) {
   Drive drive(R"({"start": {"speed": 1}, "plant": {"params": {"Bf": 60, "Br": 60}}})");

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "support/host_support.hpp"
 
@@ -74,6 +75,24 @@ TEST(Sensors, NoiseHasItsMomentsIndependentOverTimeAndChannels) {
   EXPECT_NEAR(lag / n, 0, tolerance);
   EXPECT_NEAR(cross / n, 0, tolerance);
   EXPECT_NEAR(tails / n, 0.0455, 0.006);  // Gaussian beyond two sigma
+}
+
+/// Plugins draw from the run's seed as well: none has the noise by accident.
+TEST(Sensors, AGeneratorThatStartsFromTheSeedItselfDrawsSomethingElse) {
+  const SensorSpec spec = spec_of(R"({"sigma": {"x": 1}})");
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
+    Sensors sensors(spec, seed);
+    std::mt19937_64 random(seed);
+    const auto uniform = [&] { return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53; };
+    const int pairs = 5000;
+    double cross = 0;
+    for (int k = 0; k < pairs; ++k) {  // two numbers at a time, as the sensors do
+      const double r = std::sqrt(-2.0 * std::log(uniform())), angle = 2.0 * std::numbers::pi * uniform();
+      cross += sensors.sense(2 * k, {}).x * r * std::cos(angle);
+      cross += sensors.sense(2 * k + 1, {}).x * r * std::sin(angle);
+    }
+    EXPECT_NEAR(cross / (2 * pairs), 0.0, 4.5 / std::sqrt(2 * pairs)) << "seed " << seed;
+  }
 }
 
 TEST(Sensors, TheSeedDecidesTheNoise) {

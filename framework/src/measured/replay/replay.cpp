@@ -71,7 +71,8 @@ void LogStepper::advance(std::span<const std::size_t> sample, std::span<const Pl
   if (looks_back_) batch.history = history_.data();
   for (std::size_t piece = 0; piece + 1 < knots_.size(); ++piece) {
     const double h = (knots_[piece + 1] - knots_[piece]) * log_.dt;
-    // Each stage starts from the rates of the one before: a_ij = 0 but for j = i - 1, where it is c_i.
+    // Not by a Stepper: the place moves along within a step, and commands are looked up in the log at every stage. Each
+    // stage starts from the rates of the one before: a_ij = 0 but for j = i - 1, where it is c_i.
     const auto node = rk4_->c, weight = rk4_->b;
     for (std::size_t stage = 0; stage < 4; ++stage) {
       const double share = knots_[piece] + node[stage] * (knots_[piece + 1] - knots_[piece]);
