@@ -34,6 +34,7 @@
 #include "measured/session/log_map.hpp"
 #include "measured/session/session_checks.hpp"
 #include "measured/session/session_file.hpp"
+#include "measured/session/session_windows.hpp"
 #include "plugin/library_probe.hpp"
 #include "report/columns.hpp"
 #include "report/report.hpp"

@@ -21,6 +21,7 @@
 #include "measured/session/gripline_log.hpp"
 #include "measured/session/log_guess.hpp"
 #include "measured/session/session_checks.hpp"
+#include "measured/session/session_windows.hpp"
 #include "measured/table/delimited_table.hpp"
 #include "util/whole_file.hpp"
 

@@ -7,7 +7,6 @@
 #include "measured/readings/bridged_readings.hpp"
 #include "measured/readings/reading_pace.hpp"
 #include "util/numbers.hpp"
-#include "util/statistics.hpp"
 
 namespace gripline::measured {
 
@@ -43,20 +42,6 @@ double Session::bridge(std::size_t channel, double time, double until, double lo
   const double change = (at(next, channel) - last) / (t[next] - t[i]);
   if (slope != nullptr) *slope = change;
   return last + change * (time - t[i]);
-}
-
-double typical_speed(const Session& session) {
-  std::vector<double> speeds;
-  for (std::size_t i = 1; i < session.rows(); ++i) {
-    double v = session.at(i, Channel::vx);
-    if (std::isnan(v))
-      v = std::hypot(session.at(i, Channel::x) - session.at(i - 1, Channel::x),
-                     session.at(i, Channel::y) - session.at(i - 1, Channel::y)) /
-          (session.t[i] - session.t[i - 1]);
-    if (std::isfinite(v)) speeds.push_back(std::abs(v));
-  }
-  if (speeds.empty()) return 1.0;
-  return std::max(lower_quantile(std::move(speeds), 0.75), 0.1);
 }
 
 namespace {

@@ -105,6 +105,22 @@ Session while_moving(Session s) {
   return s;
 }
 
+double typical_speed(const Session& session) {
+  const std::vector<bool> moving = moving_rows(session);
+  std::vector<double> speeds;
+  for (std::size_t i = 1; i < session.rows(); ++i) {
+    if (!moving[i]) continue;
+    double v = session.at(i, Channel::vx);
+    if (std::isnan(v))
+      v = std::hypot(session.at(i, Channel::x) - session.at(i - 1, Channel::x),
+                     session.at(i, Channel::y) - session.at(i - 1, Channel::y)) /
+          (session.t[i] - session.t[i - 1]);
+    if (std::isfinite(v)) speeds.push_back(std::abs(v));
+  }
+  if (speeds.empty()) return 1.0;
+  return std::max(lower_quantile(std::move(speeds), 0.75), standing_speed);
+}
+
 double speed_over_path(const std::vector<SessionWindow>& windows) {
   return usual_ratio(
       windows, [](const SessionWindow& w) { return w.speed; }, [](const SessionWindow& w) { return w.way / w.seconds; },

@@ -37,6 +37,9 @@ std::vector<bool> moving_rows(const Session& session);
 /// The session with the readings only of those rows: while a car stands its channels hardly change, and what is usual
 /// of all rows is next to nothing where it stands half of the time.
 Session while_moving(Session session);
+/// Upper quartile of the speed in the rows in which the car moves, by vx, or where that was not read by place: 0.1 m/s
+/// at least, 1 m/s where no speed was read.
+double typical_speed(const Session& session);
 
 /// How many times the speed at which the place moves vx is; NaN where they cannot be compared.
 double speed_over_path(const std::vector<SessionWindow>& windows);

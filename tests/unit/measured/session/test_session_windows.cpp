@@ -94,12 +94,17 @@ TEST(SessionWindows, SpeedOverPathIsTheScaleOfVx) {
 }
 
 /// A car that comes to rest after ten seconds; its receiver goes on to show a few centimetres per second.
-TEST(SessionWindows, RowsOfACarAtRestDoNotMove) {
-  Session s = circling(0.02, 20.0);
+Session coming_to_rest(double seconds) {
+  Session s = circling(0.02, seconds);
   for (std::size_t k = 500; k < s.rows(); ++k) {
     for (const std::size_t c : {Channel::x, Channel::y, Channel::yaw}) reading(s, k, c) = reading(s, 500, c);
     reading(s, k, Channel::vx) = 0.05;
   }
+  return s;
+}
+
+TEST(SessionWindows, RowsOfACarAtRestDoNotMove) {
+  Session s = coming_to_rest(20.0);
   const std::vector<bool> moving = moving_rows(s);
   const Session driven = while_moving(s);
   ASSERT_THAT(moving, SizeIs(s.rows()));
@@ -110,6 +115,26 @@ TEST(SessionWindows, RowsOfACarAtRestDoNotMove) {
     }
   for (std::size_t k = 0; k < s.rows(); ++k) reading(s, k, Channel::vx) = 0.05;
   EXPECT_THAT(moving_rows(s), testing::Each(true)) << "a car that is always at rest: nothing to tell apart";
+}
+
+TEST(SessionWindows, TypicalSpeedComesFromTheSpeedOrThePlace) {
+  Session s = circling(0.05, 20.0);
+  EXPECT_NEAR(typical_speed(s), 10.0, 1e-9);
+  for (std::size_t k = 0; k < s.rows(); ++k) reading(s, k, Channel::vx) = NAN;
+  EXPECT_NEAR(typical_speed(s), 10.0, 0.2);
+}
+
+/// Of a log that is nine tenths of standing it is the speed of the tenth in which the car drives.
+TEST(SessionWindows, TypicalSpeedIsThatOfACarThatMoves) {
+  const Session s = coming_to_rest(100.0);
+  EXPECT_NEAR(typical_speed(s), 10.0, 1e-9);
+}
+
+TEST(SessionWindows, TypicalSpeedOfNothingIsOne) {
+  EXPECT_EQ(typical_speed({}), 1.0);
+  Session s = circling(0.05, 20.0);
+  s.reading.assign(s.reading.size(), NAN);
+  EXPECT_EQ(typical_speed(s), 1.0);
 }
 
 TEST(SessionWindows, CorrelationsNeedTwentyValuesThatVary) {
