@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/errors.hpp"
@@ -79,7 +80,7 @@ class Checks {
     if (s_.prescribed_speed) return;
     only_braking();
     constexpr double enough = 20.0;  // [s]
-    const Pushing found = pushing(windows_, 0.2 * v_ref_);
+    const Pushing found = pushing(windows_, slow_share * v_ref_);
     if (found.seconds >= enough && found.correlation < -0.4)
       refuse("the car speeds up against its throttle: d and acceleration correlate at " +
              significant(found.correlation) + " over " + significant(found.seconds) +
@@ -127,9 +128,9 @@ class Checks {
     std::vector<double> speeds;
     for (const SessionWindow& w : windows_)
       if (std::isfinite(speed_of(w))) speeds.push_back(std::abs(speed_of(w)));
-    const double most = lower_quantile(speeds, 0.98);
     if (speeds.size() < 10) refuse("fewer than 5 s with readings; 60 s are good");
-    if (most < std::max(standing_speed, 0.05 * v_ref_))
+    const double most = top_speed(std::move(speeds));
+    if (most < slowest_driving(v_ref_))
       refuse("the car is parked: its speed stays below " + significant(most) + " m/s; expected a log of driving" +
              (most >= standing_speed ? " (at about " + significant(v_ref_) + " m/s, by the world)" : ""));
   }
@@ -176,7 +177,7 @@ class Checks {
   void heading() const {
     std::vector<double> off, against;
     for (const SessionWindow& w : windows_) {
-      if (!(std::abs(speed_of(w)) > 0.2 * v_ref_) || !std::isfinite(w.course + w.heading)) continue;
+      if (!(std::abs(speed_of(w)) > slow_share * v_ref_) || !std::isfinite(w.course + w.heading)) continue;
       off.push_back(std::remainder(w.heading - w.course, 2 * pi));
       against.push_back(std::remainder(w.heading + w.course, 2 * pi));
     }
@@ -208,7 +209,7 @@ class Checks {
   }
 
   void steering() const {
-    const Correlation found = turning_correlation(windows_, 0.2 * v_ref_);
+    const Correlation found = turning_correlation(windows_, slow_share * v_ref_);
     if (found.value() < -0.4)
       refuse("the car turns against its steering: delta and curvature correlate at " + significant(found.value()) +
              " over " + significant(seconds_of_windows(found)) +

@@ -208,7 +208,7 @@ void doubt_side(const Session& s, double slowest, std::vector<Finding>& out) {
 std::vector<Finding> doubts_about(const SessionFile& file) {
   const Session s = at_centre_of_gravity(file);
   const std::vector<SessionWindow> windows = session_windows(s);
-  const double slowest = 0.2 * typical_speed(s);
+  const double slowest = slow_share * typical_speed(s);
   std::vector<Finding> out;
   doubt_steering(s, windows, slowest, out);
   if (!file.derived_velocity) doubt_speed(s, windows, out);

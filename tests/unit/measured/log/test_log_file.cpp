@@ -146,6 +146,23 @@ TEST_F(LogFiles, AParkedCarAndAShortLogAreRefused) {
   EXPECT_NE(brief.find("at least 5 s"), std::string::npos) << brief;
 }
 
+/// Of a car whose v_ref is 2 m/s: at a tenth of it it drives, though too slowly for anything to be told of it.
+TEST_F(LogFiles, ASlowCarIsNotParked) {
+  const auto circling = [](double v) {
+    std::vector<Row> rows;
+    for (std::size_t k = 0; k < 300; ++k) {
+      const double t = 0.1 * static_cast<double>(k), rate = 2.0 * v, yaw = rate * t;
+      rows.push_back({t, 0.5 * std::sin(yaw), -0.5 * std::cos(yaw), yaw, v, 0.0, rate, 0.1, 0.12});
+    }
+    return rows;
+  };
+  const std::string slow = refusal(circling(0.2)), parked = refusal(circling(0.08));
+  EXPECT_NE(slow.find("no stretch of 3 s"), std::string::npos) << slow;
+  EXPECT_NE(slow.find("at 0.4 m/s or faster, a fifth of the car's v_ref"), std::string::npos) << slow;
+  EXPECT_NE(parked.find("the car is parked"), std::string::npos) << parked;
+  EXPECT_EQ(refusal(circling(0.5)), "accepted");
+}
+
 TEST_F(LogFiles, DroppedRowsOutliersAndNansAreLeftOut) {
   std::vector<Row> rows = changed([](std::size_t i, Row& r) {
     if (i % 97 == 13) r[1 + i % 6] += (i % 2 == 0 ? 1.0 : -1.0) * (1 + i % 6 < 4 ? 0.4 : 3.0);

@@ -68,6 +68,26 @@ TEST(SessionWindows, APlaceThatIsRepeatedIsNoneOfItsOwn) {
   for (const SessionWindow& w : windows) EXPECT_NEAR(w.way / w.seconds, 10.0, 0.05) << w.begin;
 }
 
+/// Places every two seconds.
+TEST(SessionWindows, AreBridgedOverWhatUsuallyLiesBetweenPlacesOrLess) {
+  Session s = circling(0.02, 20.0);
+  for (std::size_t k = 0; k < s.rows(); ++k)
+    if (k % 100 != 0) reading(s, k, Channel::x) = reading(s, k, Channel::y) = NAN;
+  for (const SessionWindow& w : session_windows(s)) EXPECT_GT(w.way, 0.0) << w.begin;
+  const std::vector<SessionWindow> barely = session_windows(s, 0.5);
+  EXPECT_THAT(barely, SizeIs(session_windows(s).size()));
+  for (const SessionWindow& w : barely) EXPECT_TRUE(std::isnan(w.way)) << w.begin;
+}
+
+TEST(SessionWindows, WhatStandsIsSlowerThanAnyCarAndThanATwentiethOfItsDriving) {
+  EXPECT_EQ(slowest_driving(20.0), 1.0);
+  EXPECT_EQ(slowest_driving(1.0), standing_speed);
+  std::vector<double> speeds(200, 5.0);
+  speeds[7] = speeds[50] = 500.0;
+  EXPECT_EQ(top_speed(speeds), 5.0) << "two wrong readings";
+  EXPECT_EQ(top_speed({}), 0.0);
+}
+
 /// A mean is one of half of the rows at least.
 TEST(SessionWindows, OfAChannelThatWasNotReadNothingIsShown) {
   Session s = circling(0.02, 10.0);
