@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "measured/readings/directions.hpp"
 #include "measured/readings/unit_checks.hpp"
 #include "measured/session/session_windows.hpp"
 #include "util/numbers.hpp"
@@ -48,13 +49,6 @@ void check_rate(const CsvTable& table, double ratio) {
            "to the left (counter-clockwise)");
 }
 
-/// Mean of unit vectors: its length says how far the angles agree, its argument is their circular mean.
-std::complex<double> mean_direction(const std::vector<double>& angles) {
-  std::complex<double> sum;
-  for (const double a : angles) sum += std::polar(1.0, a);
-  return sum / std::max(1.0, static_cast<double>(angles.size()));
-}
-
 /// Course over ground and yaw agree to within the slip angle unless the frame is rotated or mirrored.
 void check_frame(const CsvTable& table, const std::vector<SessionWindow>& windows) {
   std::vector<double> ways, off, mirrored;
@@ -67,11 +61,11 @@ void check_frame(const CsvTable& table, const std::vector<SessionWindow>& window
   }
   if (off.size() < 5) return;
   const std::complex<double> direct = mean_direction(off), mirror = mean_direction(mirrored);
-  if (direct.real() > 0.7) return;
-  if (std::abs(direct) > 0.9)
+  if (are_about_zero(direct)) return;
+  if (are_alike(direct))
     refuse(table, "the car moves " + significant(std::arg(direct)) +
                       " rad to the left of where yaw_rad points; expected yaw counter-clockwise from the x axis");
-  if (std::abs(mirror) > 0.9)
+  if (are_alike(mirror))
     refuse(table,
            "yaw_rad turns the other way than the path of x_m, y_m: the frame seems to be left-handed; expected y to "
            "the left of x and yaw counter-clockwise");

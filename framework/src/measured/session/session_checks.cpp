@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "config/errors.hpp"
+#include "measured/readings/directions.hpp"
 #include "measured/readings/unit_checks.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 #include "measured/session/session_windows.hpp"
@@ -182,19 +184,13 @@ class Checks {
       against.push_back(std::remainder(w.heading + w.course, 2 * pi));
     }
     if (off.size() < 20) return;
-    const auto spread = [](const std::vector<double>& angles, double& centre) {
-      double s = 0.0, c = 0.0;
-      for (const double a : angles) s += std::sin(a), c += std::cos(a);
-      centre = std::atan2(s, c);
-      return 1.0 - std::hypot(s, c) / static_cast<double>(angles.size());
-    };
-    double centre = 0.0, mirrored = 0.0;
-    const double loose = spread(off, centre), loose_mirrored = spread(against, mirrored);
-    if (loose < 0.3 && std::abs(centre) < 0.6) return;
+    const std::complex<double> direct = mean_direction(off), mirrored = mean_direction(against);
+    if (are_about_zero(direct)) return;
+    const double centre = std::arg(direct);
     const std::string degrees = significant(centre * 180 / pi) + " deg";
-    if (loose < 0.1 && std::abs(std::abs(centre) - pi) < 0.3)
+    if (are_alike(direct) && std::abs(std::abs(centre) - pi) < 0.3)
       refuse("yaw points backward: it is " + degrees + " off the path; add pi to it");
-    if (loose < 0.1)
+    if (are_alike(direct))
       refuse("yaw is " + degrees + " off the path; expected the direction of x and y, from +x to the left");
     double widest = 0.0;
     for (const double yaw : s_.written_yaw)
@@ -202,10 +198,12 @@ class Checks {
     if (widest > 0.5 * pi * pi / 180 && widest < 2.1 * pi * pi / 180)
       refuse("yaw stays within " + significant(widest) +
              " rad and the path does not: yaw was taken for degrees and is radians");
-    if (loose_mirrored < 0.1)
-      refuse("yaw turns against the path: yaw plus the path's angle is always " + significant(mirrored * 180 / pi) +
+    if (are_alike(mirrored))
+      refuse("yaw turns against the path: yaw plus the path's angle is always " +
+             significant(std::arg(mirrored) * 180 / pi) +
              " deg; a compass counts clockwise (\"formula\": \"pi/2 - rad(heading)\"), or y points to the right");
-    refuse("yaw and the path of x and y do not belong together (spread " + significant(loose) + " of 1)");
+    refuse("yaw and the path of x and y do not belong together (spread " + significant(1.0 - std::abs(direct)) +
+           " of 1)");
   }
 
   void steering() const {

@@ -337,6 +337,9 @@ TEST_F(LogFiles, WrongSignsAreHintedAt) {
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[8] = -r[8]; })).find("steering seems to have the other sign"),
             std::string::npos);
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[2] = -r[2]; })).find("left-handed"), std::string::npos);
+  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[3] += 0.7; })).find("of where yaw_rad points"),
+            std::string::npos)
+      << "no car slides so far all the time";
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[6] = -r[6]; })).find("yaw_rate_radps seems to have the other"),
             std::string::npos);
 }
