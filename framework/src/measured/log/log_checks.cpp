@@ -43,7 +43,7 @@ void check_rate(const CsvTable& table, double ratio) {
   if (is_over_degrees(ratio))
     refuse(table, "yaw_rad turns " + significant(1.0 / ratio) +
                       " times as fast as yaw_rate_radps says: it looks like degrees; expected rad");
-  if (ratio < -0.5)
+  if (has_other_sign(ratio))
     refuse(table,
            "yaw_rate_radps seems to have the other sign: it is negative where yaw_rad rises; expected both positive "
            "to the left (counter-clockwise)");

@@ -162,17 +162,22 @@ class Checks {
         [](const SessionWindow& w) { return w.turn / w.seconds; }, least_of_ratio);
     if (std::isnan(ratio) || (ratio > 0.3 && ratio < 3.0)) return;
     const std::string found = "yaw_rate is " + significant(ratio) + " times the rate of yaw";
+    const bool turned = has_other_sign(ratio);
+    const std::string sign = turned ? "; one of them has the other sign, too (\"sign\": -1)" : "";
     // Which of the two is wrong, the path tells.
-    const double by_path = yaw_over_path(windows_);
-    if (is_of_degrees(ratio))
-      refuse(found + (is_over_degrees(by_path) ? ": yaw was taken for degrees and is radians"
-                                               : ": it looks like deg/s (\"unit\": \"deg/s\")"));
-    if (is_over_degrees(ratio))
+    const double by_path = std::abs(yaw_over_path(windows_));
+    if (is_of_degrees(std::abs(ratio)))
+      refuse(found +
+             (is_over_degrees(by_path) ? ": yaw was taken for degrees and is radians"
+                                       : ": it looks like deg/s (\"unit\": \"deg/s\")") +
+             sign);
+    if (is_over_degrees(std::abs(ratio)))
       refuse(found +
              (by_path > 0.5 && by_path < 2.0
                   ? ", which turns as the path does: yaw_rate was taken for deg/s and is rad/s (\"unit\": \"rad/s\")"
-                  : ": yaw looks like degrees (\"unit\": \"deg\")"));
-    if (ratio < -0.3 && ratio > -3.0) refuse(found + ": one of them has the other sign (\"sign\": -1)");
+                  : ": yaw looks like degrees (\"unit\": \"deg\")") +
+             sign);
+    if (turned) refuse(found + ": one of them has the other sign (\"sign\": -1)");
   }
 
   /// Heading against course. A compass runs clockwise from north, this project's yaw counter-clockwise from +x.
