@@ -26,7 +26,7 @@
 #include "geometry/track_file.hpp"
 #include "gripline/validate_file.hpp"
 #include "measured/estimates/session_delays.hpp"
-#include "measured/estimates/session_health.hpp"
+#include "measured/health/session_health.hpp"
 #include "measured/log/log_file.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 #include "measured/session/gripline_log.hpp"
