@@ -106,7 +106,7 @@ std::vector<std::vector<Sideways>> sideways_of(const Session& s) {
     const double heading = s.at(i, Channel::yaw), vy = s.at(i, Channel::vy);
     if (!std::isfinite(heading + vy)) continue;
     Sideways one{s.t[i], vy};
-    if (out.empty() || s.t[i] - out.back().back().t > even_motion) {
+    if (out.empty() || is_longer(s.t[i] - out.back().back().t, even_motion)) {
       out.emplace_back();
     } else {
       const double dx = s.at(i, Channel::x) - x, dy = s.at(i, Channel::y) - y, middle = 0.5 * (yaw + heading);

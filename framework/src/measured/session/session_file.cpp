@@ -195,12 +195,11 @@ class SessionReader {
       if (!std::isnan(x[i] + y[i])) placed.push_back(i);
     Values steps;
     for (std::size_t k = 1; k < placed.size(); ++k) steps.push_back(t[placed[k]] - t[placed[k - 1]]);
-    constexpr double rounding = 1e-9;  // [s] of stamps
-    const double longest = std::max(even_motion, 1.5 * median(steps, 0.0)) + rounding;
+    const double longest = std::max(even_motion, 1.5 * median(steps, 0.0));
     Moves out{Values(t.size(), not_a_number), Values(t.size(), not_a_number)};
     for (std::size_t k = 1; k < placed.size(); ++k) {
       const std::size_t i = placed[k], last = placed[k - 1];
-      if (steps[k - 1] > longest) continue;
+      if (is_longer(steps[k - 1], longest)) continue;
       out.x[i] = (x[i] - x[last]) / steps[k - 1];
       out.y[i] = (y[i] - y[last]) / steps[k - 1];
     }
