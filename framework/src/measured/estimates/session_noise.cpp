@@ -38,8 +38,8 @@ double fourth_difference(const Session& s, std::size_t channel, std::span<const 
   return scaled_difference(t, y) * std::sqrt(fourth_difference_covariance(0.0, 0));
 }
 
-/// Lag-one correlation of the noise that leaves fourth differences correlated as these are, larger ones than `most` left
-/// out. Nothing where few of them follow each other, as of five readings and a gap, again and again.
+/// Lag-one correlation of the noise that leaves fourth differences correlated as these are, those above `most` aside.
+/// Nothing where few of them follow each other, as of five readings and a gap, again and again.
 std::optional<double> colour_of(const std::vector<double>& difference, double most) {
   constexpr std::size_t fewest_pairs = 20;
   double cross = 0.0, square = 0.0;

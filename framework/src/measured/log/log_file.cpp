@@ -61,8 +61,8 @@ Log to_grid(const RawLog& raw, std::size_t first, std::size_t last, double dt, d
   return log;
 }
 
-/// Rows slower than `slow_share` of v_ref, where slip angles are ill-conditioned, are left out, which cuts the log there.
-/// Of rows without a speed those around it tell.
+/// Rows slower than `slow_share` of v_ref, where slip angles are ill-conditioned, are left out, which cuts the log
+/// there. Of rows without a speed those around it tell.
 void leave_out_slow(RawLog& raw, double v_ref, double dt, std::vector<Finding>& health) {
   constexpr double longest_gap = 0.5;  // [s] between speeds
   const double slowest = slow_share * v_ref;

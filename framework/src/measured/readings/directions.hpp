@@ -16,7 +16,7 @@ inline std::complex<double> mean_direction(const std::vector<double>& angles) {
   return sum / std::max(1.0, static_cast<double>(angles.size()));
 }
 
-/// Whether angles agree but for an offset that all of them have: slip angles, noise and places that are late leave more.
+/// Whether angles agree but for an offset that all of them have: slip, noise and places that are late leave more.
 inline bool are_alike(const std::complex<double>& mean) { return std::abs(mean) > 0.9; }
 /// Whether angles between what should point one way are those of slip and noise, about 0.
 inline bool are_about_zero(const std::complex<double>& mean) {

@@ -352,8 +352,8 @@ TEST_F(LogFiles, AColumnWithoutAnyNumberIsNamed) {
               std::string::npos);
 }
 
-/// A car that stands with its wheels turned says nothing about the sign of the steering, nor, where it stands for nearly
-/// all of the log, about the frame.
+/// A car that stands with its wheels turned says nothing about the sign of the steering, nor, where it stands for
+/// nearly all of the log, about the frame.
 TEST_F(LogFiles, ACarThatStandsIsNoHint) {
   const double turned = 2.0 - rows_.back()[3], c = std::cos(turned), s = std::sin(turned);
   const std::vector<Row> driven = changed([&](std::size_t, Row& r) {

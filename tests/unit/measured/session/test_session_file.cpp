@@ -154,7 +154,7 @@ TEST(SessionFile, BesideAVyThatIsReadADerivedVxIsOfThePlacesPoint) {
   }
 }
 
-/// vy of a unit that is turned by half a radian holds a part of the speed: a vx along the car's axis is none of its own.
+/// vy of a unit that is turned by half a radian holds a part of the speed: vx along the car's axis is none of its own.
 TEST(SessionFile, BesideAVyOfTurnedAxesADerivedVxIsAlongThem) {
   const std::string unit = R"("frame": {"x": "0.2 m", "y": "0.9 m", "yaw": "0.5 rad"})";
   const LogMap with_yaw = map_of(R"({"time": "t", "channels": {
