@@ -16,11 +16,12 @@
 #include "gripline/command.hpp"
 #include "gripline/import_bag.hpp"
 #include "measured/estimates/session_delays.hpp"
-#include "measured/estimates/session_health.hpp"
+#include "measured/health/session_health.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 #include "measured/session/gripline_log.hpp"
 #include "measured/session/log_guess.hpp"
 #include "measured/session/session_checks.hpp"
+#include "measured/session/session_windows.hpp"
 #include "measured/table/delimited_table.hpp"
 #include "util/whole_file.hpp"
 

@@ -6,7 +6,7 @@
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "config/json_file.hpp"
-#include "measured/estimates/session_health.hpp"
+#include "measured/health/session_health.hpp"
 #include "measured/session/session_doubts.hpp"
 #include "util/csv.hpp"
 

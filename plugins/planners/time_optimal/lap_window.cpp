@@ -42,8 +42,8 @@ std::size_t LapWindow::length_from(std::size_t first, const Nodes& lap) const {
 std::size_t LapWindow::first_behind(double station, const Nodes& lap) const {
   std::size_t first = setup_->node_at(station);
   double back = 0;
-  for (std::size_t i = 0; i < size() / 8 && back < behind; ++i) {
-    first = first > 0 ? first - 1 : size() - 1;
+  for (std::size_t i = 0; i < just_behind() && back < behind; ++i) {
+    first = setup_->before(first);
     back += rough_time_over(first, lap);
   }
   return first;

@@ -37,13 +37,15 @@ class LapWindow {
   /// Whether the window may stay where it is although the car asks for `wanted` as its first node: for a moment.
   bool may_stay(std::size_t wanted, const Nodes& lap) const;
   /// Whether a node is a little behind the first one.
-  bool is_just_behind(std::size_t node) const { return (first_ + size() - node) % size() < size() / 8; }
+  bool is_just_behind(std::size_t node) const { return (first_ + size() - node) % size() < just_behind(); }
   /// Places the window from node `first` on, as long as it has to be. Returns how many intervals from there on were
   /// part of it before; that may be more than it has now.
   std::size_t place(std::size_t first, const Nodes& lap);
 
  private:
   std::size_t size() const { return setup_->nodes().s.size(); }
+  /// So many nodes at most lie a little behind one: an eighth of the lap. Beyond it another part of the lap is meant.
+  std::size_t just_behind() const { return size() / 8; }
   double rough_time_over(std::size_t node, const Nodes& lap) const;
   std::size_t length_from(std::size_t first, const Nodes& lap) const;
 

@@ -18,7 +18,7 @@
 #include "config/files.hpp"
 #include "config/json_file.hpp"
 #include "geometry/track_file.hpp"
-#include "measured/estimates/session_health.hpp"
+#include "measured/health/session_health.hpp"
 #include "measured/session/session_checks.hpp"
 #include "world/world_spec.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "config/json_file.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
-#include "measured/estimates/session_health.hpp"
+#include "measured/health/session_health.hpp"
 #include "util/whole_file.hpp"
 
 namespace gripline::diagnose {

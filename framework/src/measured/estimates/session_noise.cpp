@@ -38,6 +38,30 @@ double fourth_difference(const Session& s, std::size_t channel, std::span<const 
   return scaled_difference(t, y) * std::sqrt(fourth_difference_covariance(0.0, 0));
 }
 
+/// Lag-one correlation of the noise that leaves fourth differences correlated as these are, those above `most` aside.
+/// Nothing where few of them follow each other, as of five readings and a gap, again and again.
+std::optional<double> colour_of(const std::vector<double>& difference, double most) {
+  constexpr std::size_t fewest_pairs = 20;
+  double cross = 0.0, square = 0.0;
+  std::size_t pairs = 0;
+  for (std::size_t i = 1; i < difference.size(); ++i) {
+    const double a = difference[i - 1], b = difference[i];
+    if (!(std::abs(a) < most) || !(std::abs(b) < most)) continue;
+    cross += a * b;
+    square += 0.5 * (a * a + b * b);
+    ++pairs;
+  }
+  if (pairs < fewest_pairs) return std::nullopt;
+  const double seen = cross / square;
+  double low = -0.95, high = 0.99;
+  for (int i = 0; i < 50; ++i) {
+    const double middle = 0.5 * (low + high);
+    const double expected = fourth_difference_covariance(middle, 1) / fourth_difference_covariance(middle, 0);
+    (expected < seen ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
 }  // namespace
 
 std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step) {
@@ -62,30 +86,21 @@ std::optional<Noise> noise_of(const Session& session, std::size_t channel, doubl
   noise.samples = sizes.size();
   const double scale = median(sizes) / 0.6745;  // of a normal distribution
   if (!(scale > 0.0)) return noise;
+  const auto white = [&] {
+    noise.sigma = scale / std::sqrt(fourth_difference_covariance(0.0, 0));
+    return noise;
+  };
   constexpr double even = 0.8;          // of the usual longest step
   constexpr double still_linear = 0.3;  // [s] from one reading to the next
   if (!in_rows && lower_quantile(std::move(steps), 0.1) < even * step) {
     // Differences of uneven readings are correlated by their spacing: of noise that is taken for white, where the car
     // cannot have moved much otherwise.
     if (step > still_linear) return std::nullopt;
-    noise.sigma = scale / std::sqrt(fourth_difference_covariance(0.0, 0));
-    return noise;
+    return white();
   }
-  double cross = 0.0, square = 0.0;
-  for (std::size_t i = 1; i < difference.size(); ++i) {
-    const double a = difference[i - 1], b = difference[i];
-    if (!(std::abs(a) < 4.0 * scale) || !(std::abs(b) < 4.0 * scale)) continue;
-    cross += a * b;
-    square += 0.5 * (a * a + b * b);
-  }
-  const double seen = cross / square;
-  double low = -0.95, high = 0.99;
-  for (int i = 0; i < 50; ++i) {
-    const double middle = 0.5 * (low + high);
-    const double expected = fourth_difference_covariance(middle, 1) / fourth_difference_covariance(middle, 0);
-    (expected < seen ? low : high) = middle;
-  }
-  noise.colour = 0.5 * (low + high);
+  const std::optional<double> colour = colour_of(difference, 4.0 * scale);
+  if (!colour) return white();
+  noise.colour = *colour;
   if (!in_rows && noise.colour > most_telling) return std::nullopt;
   noise.sigma = scale / std::sqrt(fourth_difference_covariance(noise.colour, 0));
   return noise;

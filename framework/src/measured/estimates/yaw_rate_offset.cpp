@@ -32,7 +32,7 @@ std::vector<TurnedBeyondYaw> between_readings(const Session& session) {
     double rate = session.at(i, Channel::yaw_rate);
     if (std::isnan(rate) && !std::isnan(now)) rate = session.bridge(Channel::yaw_rate, t, INFINITY, even_motion);
     if (std::isnan(rate)) continue;
-    if (t - last_time <= even_motion)
+    if (!std::isnan(last_time) && !is_longer(t - last_time, even_motion))
       turned += 0.5 * (t - last_time) * (rate + last_rate);
     else
       yaw = NAN;

@@ -4,56 +4,26 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 
-#include "measured/readings/bridged_readings.hpp"
+#include "measured/readings/directions.hpp"
 #include "measured/readings/unit_checks.hpp"
+#include "measured/session/session_windows.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
 namespace {
 
-/// Half a second of a log by different channels; SI units.
-struct LogWindow {
-  double seconds = 0;
-  double way = 0, travel_angle = 0;  // between its ends, by position
-  double turn = 0;                   // by heading
-  double heading = 0;                // half way
-  double speed = 0, rate = 0;        // means of the channels
-  double steer = 0;
-};
-
-std::vector<LogWindow> windows_of(RawLog raw, double dt) {
-  constexpr double length = 0.5;  // [s]
-  const auto stride = static_cast<std::size_t>(std::max(2.0, std::round(length / dt)));
-  // Else channels that are read in different rows would hardly meet at both ends of a window.
-  raw.reading = bridged_readings(raw.t, std::move(raw.reading), length);
-  std::vector<LogWindow> windows;
-  for (std::size_t i = 0; i + stride < raw.size(); i += stride / 2) {
-    LogWindow w;
-    const std::size_t end = i + stride;
-    w.seconds = raw.t[end] - raw.t[i];
-    if (w.seconds > 1.5 * static_cast<double>(stride) * dt) continue;
-    const auto mean = [&](std::size_t c) {
-      double sum = 0.0, count = 0.0;
-      for (std::size_t j = i; j <= end; ++j)
-        if (!std::isnan(raw.at(j, c))) {
-          sum += raw.at(j, c);
-          count += 1.0;
-        }
-      return 2.0 * count > static_cast<double>(stride) ? sum / count : not_a_number;
-    };
-    const double dx = raw.at(end, Channel::x) - raw.at(i, Channel::x),
-                 dy = raw.at(end, Channel::y) - raw.at(i, Channel::y);
-    w.way = std::hypot(dx, dy);
-    w.travel_angle = std::atan2(dy, dx);
-    w.turn = raw.at(end, Channel::yaw) - raw.at(i, Channel::yaw);
-    w.heading = 0.5 * (raw.at(end, Channel::yaw) + raw.at(i, Channel::yaw));
-    w.speed = mean(Channel::vx);
-    w.rate = mean(Channel::yaw_rate);
-    for (std::size_t j = i; j <= end; ++j) w.steer += raw.delta[j] / static_cast<double>(stride + 1);
-    if (std::isfinite(w.way + w.turn + w.speed + w.rate)) windows.push_back(w);
-  }
+/// Half seconds of a log that show all that is compared.
+std::vector<SessionWindow> full_windows(const RawLog& raw) {
+  constexpr double longest_bridged = 0.5;  // [s]: the way between two places is compared with the speed
+  Session session;
+  session.t = raw.t;
+  session.reading = raw.reading;
+  for (std::size_t i = 0; i < raw.size(); ++i) session.command.push_back({raw.d[i], raw.delta[i]});
+  std::vector<SessionWindow> windows = session_windows(std::move(session), longest_bridged);
+  std::erase_if(windows, [](const SessionWindow& w) { return !std::isfinite(w.way + w.turn + w.speed + w.rate); });
   return windows;
 }
 
@@ -73,51 +43,44 @@ void check_rate(const CsvTable& table, double ratio) {
   if (is_over_degrees(ratio))
     refuse(table, "yaw_rad turns " + significant(1.0 / ratio) +
                       " times as fast as yaw_rate_radps says: it looks like degrees; expected rad");
-  if (ratio < -0.5)
+  if (has_other_sign(ratio))
     refuse(table,
            "yaw_rate_radps seems to have the other sign: it is negative where yaw_rad rises; expected both positive "
            "to the left (counter-clockwise)");
 }
 
-/// Mean of unit vectors: its length says how far the angles agree, its argument is their circular mean.
-std::complex<double> mean_direction(const std::vector<double>& angles) {
-  std::complex<double> sum;
-  for (const double a : angles) sum += std::polar(1.0, a);
-  return sum / std::max(1.0, static_cast<double>(angles.size()));
-}
-
 /// Course over ground and yaw agree to within the slip angle unless the frame is rotated or mirrored.
-void check_frame(const CsvTable& table, const std::vector<LogWindow>& windows) {
+void check_frame(const CsvTable& table, const std::vector<SessionWindow>& windows) {
   std::vector<double> ways, off, mirrored;
-  for (const LogWindow& w : windows) ways.push_back(w.way);
+  for (const SessionWindow& w : windows) ways.push_back(w.way);
   const double enough = 0.5 * upper_median(ways, 0.0);
-  for (const LogWindow& w : windows) {
+  for (const SessionWindow& w : windows) {
     if (w.way < enough || std::abs(w.turn) > 1.5) continue;
-    off.push_back(w.travel_angle - w.heading);
-    mirrored.push_back(w.travel_angle + w.heading);
+    off.push_back(w.course - w.heading);
+    mirrored.push_back(w.course + w.heading);
   }
   if (off.size() < 5) return;
   const std::complex<double> direct = mean_direction(off), mirror = mean_direction(mirrored);
-  if (direct.real() > 0.7) return;
-  if (std::abs(direct) > 0.9)
+  if (are_about_zero(direct)) return;
+  if (are_alike(direct))
     refuse(table, "the car moves " + significant(std::arg(direct)) +
                       " rad to the left of where yaw_rad points; expected yaw counter-clockwise from the x axis");
-  if (std::abs(mirror) > 0.9)
+  if (are_alike(mirror))
     refuse(table,
            "yaw_rad turns the other way than the path of x_m, y_m: the frame seems to be left-handed; expected y to "
            "the left of x and yaw counter-clockwise");
 }
 
 /// The car turns to the side it is steered to, but for moments of countersteer. Asked of windows driven forwards at
-/// `slowest` [m/s] and more: a car that stands or manoeuvres may have its wheels turned any way.
-void check_steering(const CsvTable& table, std::vector<LogWindow> windows, double slowest) {
-  std::erase_if(windows, [&](const LogWindow& w) { return w.speed < slowest || w.way < slowest * w.seconds; });
+/// `slowest` [m/s] and more: a car that manoeuvres may have its wheels turned any way.
+void check_steering(const CsvTable& table, std::vector<SessionWindow> windows, double slowest) {
+  std::erase_if(windows, [&](const SessionWindow& w) { return w.speed < slowest; });
   std::vector<double> sizes;
   sizes.reserve(windows.size());
-  for (const LogWindow& w : windows) sizes.push_back(std::abs(w.steer));
+  for (const SessionWindow& w : windows) sizes.push_back(std::abs(w.steer));
   const double enough = std::max(1e-3, lower_quantile(sizes, 0.7, 0.0));
   double along = 0.0, all = 0.0;
-  for (const LogWindow& w : windows) {
+  for (const SessionWindow& w : windows) {
     if (std::abs(w.steer) < enough) continue;
     all += 1.0;
     along += w.steer * w.turn > 0.0 ? 1.0 : 0.0;
@@ -172,11 +135,11 @@ void check_empty(const CsvTable& table, const RawLog& raw) {
   }
 }
 
-void check_units(const CsvTable& table, const RawLog& raw, double dt, const LogExpectations& expected,
+void check_units(const CsvTable& table, const RawLog& raw, const LogExpectations& expected,
                  std::vector<Finding>& health) {
   constexpr std::size_t few = 8;  // windows; a log of five seconds has twice as many
   check_empty(table, raw);
-  const std::vector<LogWindow> windows = windows_of(raw, dt);
+  const std::vector<SessionWindow> windows = full_windows(raw);
   if (windows.size() < few) {
     check_commands(table, raw, expected.delta_max);
     health.push_back({Finding::Level::bad, "units",
@@ -185,24 +148,28 @@ void check_units(const CsvTable& table, const RawLog& raw, double dt, const LogE
     return;
   }
   std::vector<double> speeds;
-  for (const LogWindow& w : windows) speeds.push_back(w.way / w.seconds);
-  const double top = lower_quantile(speeds, 0.95, 0.0);
-  if (top < 0.15 * expected.v_ref)
+  for (const SessionWindow& w : windows) speeds.push_back(w.way / w.seconds);
+  const double top = top_speed(std::move(speeds));
+  if (top < slowest_driving(expected.v_ref))
     refuse(table, "the car is parked: it hardly exceeds " + significant(top) + " m/s; expected driving around " +
                       significant(expected.v_ref) + " m/s");
   const double v_ratio = usual_ratio(
-      windows, [](const LogWindow& w) { return std::abs(w.speed) * w.seconds; },
-      [](const LogWindow& w) { return w.way; });
+      windows, [](const SessionWindow& w) { return std::abs(w.speed) * w.seconds; },
+      [](const SessionWindow& w) { return w.way; });
   check_speed(table, v_ratio);
-  std::vector<LogWindow> gentle;
-  for (const LogWindow& w : windows)
+  std::vector<SessionWindow> gentle;
+  for (const SessionWindow& w : windows)
     if (std::abs(w.turn) < 2.5) gentle.push_back(w);
   const double w_ratio = usual_ratio(
-      gentle, [](const LogWindow& w) { return w.rate * w.seconds; }, [](const LogWindow& w) { return w.turn; });
+      gentle, [](const SessionWindow& w) { return w.rate * w.seconds; }, [](const SessionWindow& w) { return w.turn; });
   check_rate(table, w_ratio);
   check_commands(table, raw, expected.delta_max);
-  check_frame(table, windows);
-  check_steering(table, windows, 0.2 * expected.v_ref);
+  // A car that stands points anywhere.
+  const double slowest = slow_share * expected.v_ref;
+  std::vector<SessionWindow> driven = windows;
+  std::erase_if(driven, [&](const SessionWindow& w) { return w.way < slowest * w.seconds; });
+  check_frame(table, driven);
+  check_steering(table, std::move(driven), slowest);
   health.push_back({Finding::Level::good, "units",
                     "speed over distance " + significant(v_ratio) + ", yaw rate over yaw " + significant(w_ratio),
                     "plausible"});

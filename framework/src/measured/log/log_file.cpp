@@ -8,6 +8,7 @@
 #include "measured/log/log_outliers.hpp"
 #include "measured/log/raw_log.hpp"
 #include "measured/readings/bridged_readings.hpp"
+#include "measured/session/session_windows.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
@@ -60,11 +61,11 @@ Log to_grid(const RawLog& raw, std::size_t first, std::size_t last, double dt, d
   return log;
 }
 
-/// Rows below a fifth of v_ref, where slip angles are ill-conditioned, are left out, which cuts the log there. Of rows
-/// without a speed those around it tell.
+/// Rows slower than `slow_share` of v_ref, where slip angles are ill-conditioned, are left out, which cuts the log
+/// there. Of rows without a speed those around it tell.
 void leave_out_slow(RawLog& raw, double v_ref, double dt, std::vector<Finding>& health) {
   constexpr double longest_gap = 0.5;  // [s] between speeds
-  const double slowest = 0.2 * v_ref;
+  const double slowest = slow_share * v_ref;
   const std::vector<double> bridged = bridged_readings(raw.t, raw.reading, longest_gap);
   std::vector<std::size_t> fast;
   for (std::size_t i = 0; i < raw.size(); ++i)
@@ -187,14 +188,18 @@ LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& 
   note_missing(table, raw, log.health);
   drop_gross_outliers(raw, log.health);
   unwrap_yaw(raw, log.health);
-  check_units(table, raw, dt, expected, log.health);
+  check_units(table, raw, expected, log.health);
   if (expected.road != nullptr) check_place(table, raw, *expected.road);
   if (table.find("vy_mps") < 0) log.health.push_back(absent_lateral_speed(table));
+  const std::size_t rows = raw.size();
   Cut cut = cleaned_and_cut(raw, dt, expected.v_ref, log.health);
-  if (cut.stretches.empty()) refuse(table, "no stretch of 3 s without a gap of more than 0.2 s");
+  const std::string driven = raw.size() < rows ? " at " + significant(slow_share * expected.v_ref) +
+                                                     " m/s or faster, a fifth of the car's v_ref"
+                                               : "";
+  if (cut.stretches.empty()) refuse(table, "no stretch of 3 s without a gap of more than 0.2 s" + driven);
   for (const Log& stretch : cut.stretches) log.seconds += static_cast<double>(stretch.size() - 1) * dt;
   if (log.seconds < shortest_log)
-    refuse(table, "only " + significant(log.seconds) + " s without long gaps; at least 5 s are needed");
+    refuse(table, "only " + significant(log.seconds) + " s without long gaps" + driven + "; at least 5 s are needed");
   note_cut(cut, dt, log.seconds, log.health);
   log.stretches = std::move(cut.stretches);
   return log;

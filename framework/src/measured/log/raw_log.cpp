@@ -122,6 +122,7 @@ double usual_step(std::span<const double> t) {
   for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
   // The median, then refined over whole steps so that rounding of the stamps does not add up.
   double dt = upper_median(steps, 0.0);
+  if (dt < shortest_step) return mean_step(steps);  // a grid as fine as bursts are would fill the memory
   double whole = 0.0, span = 0.0;
   for (const double s : steps)
     if (s < 1.5 * dt) {

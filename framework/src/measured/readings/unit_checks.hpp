@@ -47,6 +47,8 @@ inline bool is_about(double ratio, double expected = 1.0) { return ratio > 0.6 *
 inline bool is_of_degrees(double ratio) { return ratio > 30.0 && ratio < 90.0; }
 /// Whether the lower is.
 inline bool is_over_degrees(double ratio) { return ratio > 1.0 / 90.0 && ratio < 1.0 / 30.0; }
+/// Whether the rates have opposite signs, in whatever units.
+inline bool has_other_sign(double ratio) { return ratio < -0.3 || is_over_degrees(-ratio); }
 
 inline constexpr double most_steering = 1.6;  // [rad] no wheel turns further: beyond it the angle is in degrees
 inline constexpr double most_pedal = 1.5;     // [1] beyond it d is in per cent, or a pressure

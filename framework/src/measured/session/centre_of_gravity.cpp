@@ -9,21 +9,23 @@
 namespace gripline::measured {
 namespace {
 
-/// The centre of gravity's reading behind the row's. `heading`: its yaw, also where the row has none.
-void remove_frames(Channels& r, double heading, const Frame& pose, const Frame& velocity) {
+/// The centre of gravity's reading behind the row's. `near`: what was read at the same times, also in rows around it.
+void remove_frames(Channels& r, const Channels& near, const Frame& pose, const Frame& velocity) {
   r[Channel::yaw] -= pose.yaw;
   if (pose.x != 0.0 || pose.y != 0.0) {  // else a place needs no heading
-    const double c = std::cos(heading - pose.yaw), s = std::sin(heading - pose.yaw);
+    const double heading = near[Channel::yaw] - pose.yaw, c = std::cos(heading), s = std::sin(heading);
     r[Channel::x] -= pose.x * c - pose.y * s;
     r[Channel::y] -= pose.x * s + pose.y * c;
   }
-  const double cv = std::cos(velocity.yaw), sv = std::sin(velocity.yaw);
-  const double vx = r[Channel::vx] * cv - r[Channel::vy] * sv, vy = r[Channel::vy] * cv + r[Channel::vx] * sv;
-  const bool turned = velocity.yaw != 0.0 && !std::isnan(r[Channel::vy]);
-  if (turned) r[Channel::vx] = vx, r[Channel::vy] = vy;
-  if ((velocity.x != 0.0 || velocity.y != 0.0) && !std::isnan(r[Channel::yaw_rate])) {
-    r[Channel::vx] += velocity.y * r[Channel::yaw_rate];
-    r[Channel::vy] -= velocity.x * r[Channel::yaw_rate];
+  if (velocity.yaw != 0.0) {
+    const double c = std::cos(velocity.yaw), s = std::sin(velocity.yaw);
+    const bool alone = std::isnan(near[Channel::vy]);  // then the car is taken to move straight ahead
+    r[Channel::vx] = alone ? r[Channel::vx] / c : r[Channel::vx] * c - near[Channel::vy] * s;
+    r[Channel::vy] = r[Channel::vy] * c + near[Channel::vx] * s;
+  }
+  if ((velocity.x != 0.0 || velocity.y != 0.0) && !std::isnan(near[Channel::yaw_rate])) {
+    r[Channel::vx] += velocity.y * near[Channel::yaw_rate];
+    r[Channel::vy] -= velocity.x * near[Channel::yaw_rate];
   }
 }
 
@@ -46,12 +48,13 @@ Session at_centre_of_gravity(const SessionFile& file, const std::array<double, d
   out.pose = out.velocity = {};
   bridged.reading = bridged_readings(s.t, s.reading, even_motion);
   for (std::size_t i = 0; i < s.rows(); ++i) {
-    Channels r{};
+    Channels r{}, near{};
     for (std::size_t c = 0; c < channels; ++c) {
       const double delay = delays[delay_group[c]];
       r[c] = delay == 0.0 ? s.at(i, c) : moved_reading(s, bridged, c, s.t[i] + delay);
+      near[c] = std::isnan(r[c]) ? bridged.interpolate(c, s.t[i] + delay) : r[c];
     }
-    remove_frames(r, bridged.interpolate(Channel::yaw, s.t[i] + delays[delay_group[Channel::yaw]]), s.pose, s.velocity);
+    remove_frames(r, near, s.pose, s.velocity);
     std::ranges::copy(r, out.reading.begin() + static_cast<std::ptrdiff_t>(i * channels));
   }
   return out;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <string_view>
 
 #include "config/units.hpp"
 #include "measured/session/log_map.hpp"
@@ -11,6 +12,20 @@
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
+namespace {
+
+/// Whether a formula has this name, not as a part of another one.
+bool has_name(std::string_view formula, std::string_view name) {
+  const auto part = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '.' || c >= 0x80; };
+  for (std::size_t at = 0; (at = formula.find(name, at)) != std::string_view::npos; ++at) {
+    const std::size_t end = at + name.size();
+    const bool begins = at == 0 || !part(static_cast<unsigned char>(formula[at - 1]));
+    if (begins && (end == formula.size() || !part(static_cast<unsigned char>(formula[end])))) return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 int GuessDraft::column(const char* channel) const {
   const char* const kind = unit_kind(channel);
@@ -85,7 +100,7 @@ bool GuessDraft::taken(int c) const {
     const Node* const as_column = node.find("column");
     const Node* const formula = node.find("formula");
     return (as_column != nullptr && as_column->text() == name(c)) ||
-           (formula != nullptr && formula->text().find(quoted(c)) != std::string::npos);
+           (formula != nullptr && has_name(formula->text(), quoted(c)));
   };
   return (time.is_object() && names(time)) ||
          std::ranges::any_of(channels.object(), [&](const Member& m) { return names(m.value); });

@@ -20,8 +20,10 @@ class MotionGuess {
   explicit MotionGuess(GuessDraft& draft) : draft_(draft) {}
 
   void run() {
-    for (const char* name : {"x", "y"}) draft_.guess_column(name, "m");
-    if (!draft_.found("x") || !draft_.found("y")) guess_earth_places();
+    const bool place = draft_.column("x") >= 0 && draft_.column("y") >= 0;  // one without the other is none
+    for (const char* name : {"x", "y"})
+      if (place) draft_.guess_column(name, "m");
+    if (!place) guess_earth_places();
     guess_yaw();
     for (const char* name : {"vx", "vy"}) draft_.guess_column(name, "m/s");
     check_speed_unit();

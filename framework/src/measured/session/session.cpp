@@ -7,7 +7,6 @@
 #include "measured/readings/bridged_readings.hpp"
 #include "measured/readings/reading_pace.hpp"
 #include "util/numbers.hpp"
-#include "util/statistics.hpp"
 
 namespace gripline::measured {
 
@@ -24,7 +23,7 @@ double Session::interpolate_from(std::size_t i, std::size_t channel, double time
   if (i >= rows()) return not_a_number;
   const double here = at(i, channel);
   if (time <= t[i] + 1e-9) return here;
-  if (i + 1 >= rows() || t[i + 1] - t[i] > longest_gap) return not_a_number;
+  if (i + 1 >= rows() || is_longer(t[i + 1] - t[i], longest_gap)) return not_a_number;
   return here + (at(i + 1, channel) - here) * (time - t[i]) / (t[i + 1] - t[i]);
 }
 
@@ -33,30 +32,16 @@ double Session::bridge(std::size_t channel, double time, double until, double lo
   std::size_t i = row_before(time + 1e-9);
   if (i >= rows()) return not_a_number;
   std::size_t next = i + 1;
-  while (i > 0 && std::isnan(at(i, channel)) && time - t[i - 1] <= longest_gap) --i;
+  while (i > 0 && std::isnan(at(i, channel)) && !is_longer(time - t[i - 1], longest_gap)) --i;
   const double last = at(i, channel);
-  if (std::isnan(last) || time - t[i] > longest_gap) return not_a_number;
+  if (std::isnan(last) || is_longer(time - t[i], longest_gap)) return not_a_number;
   if (time <= t[i] + 1e-9) return last;
   while (next < rows() && t[next] <= until + 1e-9 && std::isnan(at(next, channel))) ++next;
   if (next >= rows() || t[next] > until + 1e-9) return last;
-  if (t[next] - t[i] > longest_gap) return not_a_number;
+  if (is_longer(t[next] - t[i], longest_gap)) return not_a_number;
   const double change = (at(next, channel) - last) / (t[next] - t[i]);
   if (slope != nullptr) *slope = change;
   return last + change * (time - t[i]);
-}
-
-double typical_speed(const Session& session) {
-  std::vector<double> speeds;
-  for (std::size_t i = 1; i < session.rows(); ++i) {
-    double v = session.at(i, Channel::vx);
-    if (std::isnan(v))
-      v = std::hypot(session.at(i, Channel::x) - session.at(i - 1, Channel::x),
-                     session.at(i, Channel::y) - session.at(i - 1, Channel::y)) /
-          (session.t[i] - session.t[i - 1]);
-    if (std::isfinite(v)) speeds.push_back(std::abs(v));
-  }
-  if (speeds.empty()) return 1.0;
-  return std::max(lower_quantile(std::move(speeds), 0.75), 0.1);
 }
 
 namespace {
@@ -89,7 +74,7 @@ CommandGrid::CommandGrid(const Session& session, double spacing) : t0(session.t.
     while (i + 1 < session.rows() && session.t[i + 1] <= time + 1e-9) ++i;
     const CommandSample<double>& a = session.command[i];
     const bool on_row = time <= session.t[i] + 1e-9 || i + 1 >= session.rows();
-    const bool stays = on_row || session.t[i + 1] - session.t[i] > even_motion;
+    const bool stays = on_row || is_longer(session.t[i + 1] - session.t[i], even_motion);
     const CommandSample<double>& b = stays ? a : session.command[i + 1];
     const double share = stays ? 0.0 : (time - session.t[i]) / (session.t[i + 1] - session.t[i]);
     std::size_t latest = i;

@@ -47,9 +47,6 @@ struct Session {
   std::size_t row_before(double time) const;
 };
 
-/// Upper quartile of the speed while it moves [m/s].
-double typical_speed(const Session& session);
-
 /// Commands on an even grid for effects that look back. A sample between two rows is known as soon as the later one was
 /// written, or, of commands that are held, the last that its mean holds.
 struct CommandGrid {

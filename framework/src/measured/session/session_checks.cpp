@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/errors.hpp"
+#include "measured/readings/directions.hpp"
 #include "measured/readings/unit_checks.hpp"
 #include "measured/session/centre_of_gravity.hpp"
 #include "measured/session/session_windows.hpp"
@@ -79,7 +82,7 @@ class Checks {
     if (s_.prescribed_speed) return;
     only_braking();
     constexpr double enough = 20.0;  // [s]
-    const Pushing found = pushing(windows_, 0.2 * v_ref_);
+    const Pushing found = pushing(windows_, slow_share * v_ref_);
     if (found.seconds >= enough && found.correlation < -0.4)
       refuse("the car speeds up against its throttle: d and acceleration correlate at " +
              significant(found.correlation) + " over " + significant(found.seconds) +
@@ -127,9 +130,9 @@ class Checks {
     std::vector<double> speeds;
     for (const SessionWindow& w : windows_)
       if (std::isfinite(speed_of(w))) speeds.push_back(std::abs(speed_of(w)));
-    const double most = lower_quantile(speeds, 0.98);
     if (speeds.size() < 10) refuse("fewer than 5 s with readings; 60 s are good");
-    if (most < std::max(standing_speed, 0.05 * v_ref_))
+    const double most = top_speed(std::move(speeds));
+    if (most < slowest_driving(v_ref_))
       refuse("the car is parked: its speed stays below " + significant(most) + " m/s; expected a log of driving" +
              (most >= standing_speed ? " (at about " + significant(v_ref_) + " m/s, by the world)" : ""));
   }
@@ -159,41 +162,40 @@ class Checks {
         [](const SessionWindow& w) { return w.turn / w.seconds; }, least_of_ratio);
     if (std::isnan(ratio) || (ratio > 0.3 && ratio < 3.0)) return;
     const std::string found = "yaw_rate is " + significant(ratio) + " times the rate of yaw";
+    const bool turned = has_other_sign(ratio);
+    const std::string sign = turned ? "; one of them has the other sign, too (\"sign\": -1)" : "";
     // Which of the two is wrong, the path tells.
-    const double by_path = yaw_over_path(windows_);
-    if (is_of_degrees(ratio))
-      refuse(found + (is_over_degrees(by_path) ? ": yaw was taken for degrees and is radians"
-                                               : ": it looks like deg/s (\"unit\": \"deg/s\")"));
-    if (is_over_degrees(ratio))
+    const double by_path = std::abs(yaw_over_path(windows_));
+    if (is_of_degrees(std::abs(ratio)))
+      refuse(found +
+             (is_over_degrees(by_path) ? ": yaw was taken for degrees and is radians"
+                                       : ": it looks like deg/s (\"unit\": \"deg/s\")") +
+             sign);
+    if (is_over_degrees(std::abs(ratio)))
       refuse(found +
              (by_path > 0.5 && by_path < 2.0
                   ? ", which turns as the path does: yaw_rate was taken for deg/s and is rad/s (\"unit\": \"rad/s\")"
-                  : ": yaw looks like degrees (\"unit\": \"deg\")"));
-    if (ratio < -0.3 && ratio > -3.0) refuse(found + ": one of them has the other sign (\"sign\": -1)");
+                  : ": yaw looks like degrees (\"unit\": \"deg\")") +
+             sign);
+    if (turned) refuse(found + ": one of them has the other sign (\"sign\": -1)");
   }
 
   /// Heading against course. A compass runs clockwise from north, this project's yaw counter-clockwise from +x.
   void heading() const {
     std::vector<double> off, against;
     for (const SessionWindow& w : windows_) {
-      if (!(std::abs(speed_of(w)) > 0.2 * v_ref_) || !std::isfinite(w.course + w.heading)) continue;
+      if (!(std::abs(speed_of(w)) > slow_share * v_ref_) || !std::isfinite(w.course + w.heading)) continue;
       off.push_back(std::remainder(w.heading - w.course, 2 * pi));
       against.push_back(std::remainder(w.heading + w.course, 2 * pi));
     }
     if (off.size() < 20) return;
-    const auto spread = [](const std::vector<double>& angles, double& centre) {
-      double s = 0.0, c = 0.0;
-      for (const double a : angles) s += std::sin(a), c += std::cos(a);
-      centre = std::atan2(s, c);
-      return 1.0 - std::hypot(s, c) / static_cast<double>(angles.size());
-    };
-    double centre = 0.0, mirrored = 0.0;
-    const double loose = spread(off, centre), loose_mirrored = spread(against, mirrored);
-    if (loose < 0.3 && std::abs(centre) < 0.6) return;
+    const std::complex<double> direct = mean_direction(off), mirrored = mean_direction(against);
+    if (are_about_zero(direct)) return;
+    const double centre = std::arg(direct);
     const std::string degrees = significant(centre * 180 / pi) + " deg";
-    if (loose < 0.1 && std::abs(std::abs(centre) - pi) < 0.3)
+    if (are_alike(direct) && std::abs(std::abs(centre) - pi) < 0.3)
       refuse("yaw points backward: it is " + degrees + " off the path; add pi to it");
-    if (loose < 0.1)
+    if (are_alike(direct))
       refuse("yaw is " + degrees + " off the path; expected the direction of x and y, from +x to the left");
     double widest = 0.0;
     for (const double yaw : s_.written_yaw)
@@ -201,14 +203,16 @@ class Checks {
     if (widest > 0.5 * pi * pi / 180 && widest < 2.1 * pi * pi / 180)
       refuse("yaw stays within " + significant(widest) +
              " rad and the path does not: yaw was taken for degrees and is radians");
-    if (loose_mirrored < 0.1)
-      refuse("yaw turns against the path: yaw plus the path's angle is always " + significant(mirrored * 180 / pi) +
+    if (are_alike(mirrored))
+      refuse("yaw turns against the path: yaw plus the path's angle is always " +
+             significant(std::arg(mirrored) * 180 / pi) +
              " deg; a compass counts clockwise (\"formula\": \"pi/2 - rad(heading)\"), or y points to the right");
-    refuse("yaw and the path of x and y do not belong together (spread " + significant(loose) + " of 1)");
+    refuse("yaw and the path of x and y do not belong together (spread " + significant(1.0 - std::abs(direct)) +
+           " of 1)");
   }
 
   void steering() const {
-    const Correlation found = turning_correlation(windows_, 0.2 * v_ref_);
+    const Correlation found = turning_correlation(windows_, slow_share * v_ref_);
     if (found.value() < -0.4)
       refuse("the car turns against its steering: delta and curvature correlate at " + significant(found.value()) +
              " over " + significant(seconds_of_windows(found)) +

@@ -106,7 +106,7 @@ std::vector<std::vector<Sideways>> sideways_of(const Session& s) {
     const double heading = s.at(i, Channel::yaw), vy = s.at(i, Channel::vy);
     if (!std::isfinite(heading + vy)) continue;
     Sideways one{s.t[i], vy};
-    if (out.empty() || s.t[i] - out.back().back().t > even_motion) {
+    if (out.empty() || is_longer(s.t[i] - out.back().back().t, even_motion)) {
       out.emplace_back();
     } else {
       const double dx = s.at(i, Channel::x) - x, dy = s.at(i, Channel::y) - y, middle = 0.5 * (yaw + heading);
@@ -208,7 +208,7 @@ void doubt_side(const Session& s, double slowest, std::vector<Finding>& out) {
 std::vector<Finding> doubts_about(const SessionFile& file) {
   const Session s = at_centre_of_gravity(file);
   const std::vector<SessionWindow> windows = session_windows(s);
-  const double slowest = 0.2 * typical_speed(s);
+  const double slowest = slow_share * typical_speed(s);
   std::vector<Finding> out;
   doubt_steering(s, windows, slowest, out);
   if (!file.derived_velocity) doubt_speed(s, windows, out);

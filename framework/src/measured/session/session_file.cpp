@@ -195,12 +195,11 @@ class SessionReader {
       if (!std::isnan(x[i] + y[i])) placed.push_back(i);
     Values steps;
     for (std::size_t k = 1; k < placed.size(); ++k) steps.push_back(t[placed[k]] - t[placed[k - 1]]);
-    constexpr double rounding = 1e-9;  // [s] of stamps
-    const double longest = std::max(even_motion, 1.5 * median(steps, 0.0)) + rounding;
+    const double longest = std::max(even_motion, 1.5 * median(steps, 0.0));
     Moves out{Values(t.size(), not_a_number), Values(t.size(), not_a_number)};
     for (std::size_t k = 1; k < placed.size(); ++k) {
       const std::size_t i = placed[k], last = placed[k - 1];
-      if (steps[k - 1] > longest) continue;
+      if (is_longer(steps[k - 1], longest)) continue;
       out.x[i] = (x[i] - x[last]) / steps[k - 1];
       out.y[i] = (y[i] - y[last]) / steps[k - 1];
     }
@@ -224,15 +223,15 @@ class SessionReader {
   void derive_course(const Moves& along) {
     constexpr double slowest = 0.5;  // [m/s] below it a course is noise
     const bool has_speed = has(Source::vx);
+    if (!has_speed) velocity_is_of_place();
     for (std::size_t i = 0; i < along.x.size(); ++i) {
       const double speed = std::hypot(along.x[i], along.y[i]);
       of(Source::yaw).push_back(speed > slowest ? std::atan2(along.y[i], along.x[i]) : not_a_number);
-      if (!has_speed) of(Source::vx).push_back(speed);
+      if (!has_speed) of(Source::vx).push_back(along_unit(speed, 0.0));
     }
     out_.derived_yaw = true;
     out_.session.pose.yaw = 0.0;  // a course is of no unit whose axes could be turned
     out_.session.pose.yaw_given = false;
-    if (!has_speed) velocity_is_of_place();
     note("yaw", "absent", "the course over ground is taken; sideslip is not seen");
   }
   void derive_velocity(const Moves& along) {
@@ -240,18 +239,30 @@ class SessionReader {
     const bool sideways = !has(Source::vy);
     for (std::size_t i = 0; i < along.x.size(); ++i) {
       const double heading = of(Source::yaw)[i] - map_.pose.yaw, c = std::cos(heading), s = std::sin(heading);
-      of(Source::vx).push_back(c * along.x[i] + s * along.y[i]);
-      if (sideways) of(Source::vy).push_back(c * along.y[i] - s * along.x[i]);
+      const double ahead = c * along.x[i] + s * along.y[i], left = c * along.y[i] - s * along.x[i];
+      of(Source::vx).push_back(along_unit(ahead, left));
+      if (sideways) of(Source::vy).push_back(left);
     }
   }
-  /// A velocity that is derived is of the point that the places show, in the car's axes. How far ahead a point lies
-  /// changes vy alone, how far to the side vx alone: beside a vy that is read, its unit keeps what is of vy.
+  /// A velocity that is derived is of the point that the places show, in the car's axes; beside a vy that is read, vx
+  /// is that along the axes of vy's unit. Of two points the session has one that moves along these axes as the place's
+  /// and across them as the unit's: where they are not turned it lies as far to the side as the place, which changes vx
+  /// alone, and as far ahead as the unit, which changes vy alone.
   void velocity_is_of_place() {
     const Frame& pose = out_.session.pose;
     Frame& velocity = out_.session.velocity;
     if (!has(Source::vy)) velocity = {pose.x, 0.0, 0.0, pose.x_given, false, false};
-    velocity.y = pose.y;
+    const double c = std::cos(velocity.yaw), s = std::sin(velocity.yaw);
+    // What either shows for each rad/s.
+    const double along = s * pose.x - c * pose.y, across = c * velocity.x + s * velocity.y;
+    velocity.x = c * across + s * along;
+    velocity.y = s * across - c * along;
     velocity.y_given = pose.y_given;
+  }
+  /// What a velocity in the car's axes shows along those of the velocity's unit.
+  double along_unit(double ahead, double left) const {
+    const double turned = out_.session.velocity.yaw;
+    return turned == 0.0 ? ahead : std::cos(turned) * ahead + std::sin(turned) * left;
   }
 
   /// Before the first value of a command nobody knows it, and the car need not drive straight.

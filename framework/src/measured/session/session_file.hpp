@@ -22,7 +22,8 @@ struct SessionFile {
 
 /// Reads a log through a map. Readings that are missing, or held from the row before where the map says so, are NaN;
 /// yaw is unwrapped; what the log lacks is derived from what it has (speed and course from places) or left out. Frames
-/// are those that the map states; what is derived is of the point that the places show, in axes that are not turned.
+/// are those that the map states; what is derived is of the point that the places show, in axes that are not turned, a
+/// vx beside a vy that is read in those of vy's unit.
 /// Rows of one time stamp become one, and those before the first commands are left out; nothing is smoothed, moved or
 /// interpolated. Throws InputError: a missing column, one without numbers, a wrong unit, time that runs backward or
 /// steps by more than an hour, fewer than 20 rows, no steering.

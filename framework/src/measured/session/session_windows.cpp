@@ -14,6 +14,8 @@ namespace {
 
 using std::numbers::pi;
 
+constexpr double window_length = 0.5;  // [s]
+
 double mean_of(const Session& s, std::size_t first, std::size_t last, std::size_t channel) {
   double sum = 0.0;
   std::size_t count = 0;
@@ -44,24 +46,20 @@ double time_between_places(const Session& s) {
   return median(std::move(between), 0.0);
 }
 
-}  // namespace
-
-std::vector<SessionWindow> session_windows(Session s) {
-  constexpr double length = 0.5, slowest = 2.5;  // [s]
-  // Else channels that are read in few of the rows would hardly be seen at both ends of a window.
-  blank_held_places(s);
-  const double bridged = std::clamp(1.5 * time_between_places(s), length, slowest);
-  s.reading = bridged_readings(s.t, std::move(s.reading), bridged);
+/// Of a session without places that are repeated. Bridged, as channels that are read in few of the rows would hardly be
+/// seen at both ends of a window.
+std::vector<SessionWindow> windows_of_bridged(Session s, double longest_bridged) {
+  s.reading = bridged_readings(s.t, std::move(s.reading), longest_bridged);
   std::vector<SessionWindow> windows;
   std::size_t j = 0;
   for (std::size_t i = 0; i < s.rows(); i = std::max(i + 1, (i + j) / 2)) {
     j = i;
-    while (j + 1 < s.rows() && s.t[j] - s.t[i] < length) ++j;
+    while (j + 1 < s.rows() && s.t[j] - s.t[i] < window_length) ++j;
     SessionWindow w;
     w.begin = s.t[i];
     w.seconds = s.t[j] - s.t[i];
-    if (w.seconds < length) break;
-    if (w.seconds > 2.0 * length) continue;
+    if (w.seconds < window_length) break;
+    if (w.seconds > 2.0 * window_length) continue;
     const double dx = s.at(j, Channel::x) - s.at(i, Channel::x), dy = s.at(j, Channel::y) - s.at(i, Channel::y);
     w.way = std::hypot(dx, dy);
     w.course = std::atan2(dy, dx);
@@ -81,13 +79,26 @@ std::vector<SessionWindow> session_windows(Session s) {
   return windows;
 }
 
+}  // namespace
+
+std::vector<SessionWindow> session_windows(Session s) {
+  constexpr double longest = 2.5;  // [s]
+  blank_held_places(s);
+  const double bridged = std::clamp(1.5 * time_between_places(s), window_length, longest);
+  return windows_of_bridged(std::move(s), bridged);
+}
+
+std::vector<SessionWindow> session_windows(Session s, double longest_bridged) {
+  blank_held_places(s);
+  return windows_of_bridged(std::move(s), longest_bridged);
+}
+
 std::vector<bool> moving_rows(const Session& session) {
-  constexpr double share = 0.05;
   const std::vector<SessionWindow> windows = session_windows(session);
   std::vector<double> speeds;
   for (const SessionWindow& w : windows)
     if (std::isfinite(speed_of(w))) speeds.push_back(std::abs(speed_of(w)));
-  const double slowest = std::max(standing_speed, speeds.empty() ? 0.0 : share * lower_quantile(speeds, 0.98));
+  const double slowest = slowest_driving(top_speed(std::move(speeds)));
   const auto moves = [&](const SessionWindow& w) { return std::abs(speed_of(w)) > slowest; };
   const bool none = std::ranges::none_of(windows, moves);
   std::vector<bool> moving(session.rows(), none);
@@ -103,6 +114,22 @@ Session while_moving(Session s) {
   for (std::size_t i = 0; i < s.rows(); ++i)
     if (!moving[i]) std::fill_n(s.reading.begin() + static_cast<std::ptrdiff_t>(i * channels), channels, not_a_number);
   return s;
+}
+
+double typical_speed(const Session& session) {
+  const std::vector<bool> moving = moving_rows(session);
+  std::vector<double> speeds;
+  for (std::size_t i = 1; i < session.rows(); ++i) {
+    if (!moving[i]) continue;
+    double v = session.at(i, Channel::vx);
+    if (std::isnan(v))
+      v = std::hypot(session.at(i, Channel::x) - session.at(i - 1, Channel::x),
+                     session.at(i, Channel::y) - session.at(i - 1, Channel::y)) /
+          (session.t[i] - session.t[i - 1]);
+    if (std::isfinite(v)) speeds.push_back(std::abs(v));
+  }
+  if (speeds.empty()) return 1.0;
+  return std::max(lower_quantile(std::move(speeds), 0.75), standing_speed);
 }
 
 double speed_over_path(const std::vector<SessionWindow>& windows) {

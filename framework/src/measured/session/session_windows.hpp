@@ -1,11 +1,14 @@
 // What a session's channels show of the same half seconds, for checks of one against another.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "measured/session/session.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::measured {
 
@@ -20,23 +23,36 @@ struct SessionWindow {
 };
 
 /// Windows of half a second that overlap by half, up to a second long where rows are sparse; none where rows lie
-/// further apart.
+/// further apart. Channels are bridged over as much as lies between most places, up to 2.5 s.
 std::vector<SessionWindow> session_windows(Session session);
+/// The same, with channels bridged over at most `longest_bridged` [s].
+std::vector<SessionWindow> session_windows(Session session, double longest_bridged);
 
 /// By vx, or where that was not read by place [m/s].
 inline double speed_of(const SessionWindow& w) { return std::isnan(w.speed) ? w.way / w.seconds : w.speed; }
 
 /// Receivers show a few centimetres per second for a car at rest, whatever its size.
-inline constexpr double standing_speed = 0.1;  // [m/s]
+inline constexpr double standing_speed = 0.1;   // [m/s]
+inline constexpr double standing_share = 0.05;  // of the speed that a car drives at: a car that is slower stands
+/// The slowest driving of a car that drives at this speed [m/s].
+inline double slowest_driving(double speed) { return std::max(standing_speed, standing_share * speed); }
+/// What a car exceeds in 2 % of its windows: not what a wrong reading shows. 0 without any [m/s].
+inline double top_speed(std::vector<double> of_windows) { return lower_quantile(std::move(of_windows), 0.98, 0.0); }
+
+/// Of a car's typical speed: what is slower tells little of headings, slip angles and steering.
+inline constexpr double slow_share = 0.2;
 
 inline constexpr std::size_t least_of_ratio = 10;  // windows that a ratio of channels is the median of
 
-/// By row, whether the car moves in half a second around it: faster than receivers show of a car at rest, and than a
-/// twentieth of what it exceeds in 2 % of the windows. True of all rows where no window shows a speed, or none such.
+/// By row, whether the car moves in half a second around it: faster than the slowest driving of a car that drives at
+/// what it exceeds in 2 % of the windows. True of all rows where no window shows a speed, or none such.
 std::vector<bool> moving_rows(const Session& session);
 /// The session with the readings only of those rows: while a car stands its channels hardly change, and what is usual
 /// of all rows is next to nothing where it stands half of the time.
 Session while_moving(Session session);
+/// Upper quartile of the speed in the rows in which the car moves, by vx, or where that was not read by place: 0.1 m/s
+/// at least, 1 m/s where no speed was read.
+double typical_speed(const Session& session);
 
 /// How many times the speed at which the place moves vx is; NaN where they cannot be compared.
 double speed_over_path(const std::vector<SessionWindow>& windows);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -16,9 +15,6 @@ namespace {
 
 using Values = std::vector<double>;
 using Rows = std::vector<std::size_t>;
-
-constexpr double longest_step = 3600.0;  // [s] of a clock that was not set
-constexpr double shortest_step = 1e-4;   // [s] that a logger writes
 
 void note_rows(std::vector<Finding>& findings, std::string found, std::string done) {
   findings.push_back({Finding::Level::note, "rows", std::move(found), std::move(done)});
@@ -71,14 +67,12 @@ Rows rows_with_time(const DelimitedTable& table, const Values& time, std::vector
   return rows;
 }
 
-/// Median of the steps; the mean where rows of a bus come in bursts, whose number shows how often they come.
+/// Median of the steps; the mean where rows of a bus come in bursts.
 double step_between(const Rows& rows, const Values& time) {
   Values steps;
   for (std::size_t i = 1; i < rows.size(); ++i) steps.push_back(time[rows[i]] - time[rows[i - 1]]);
   const double step = median(steps);
-  if (step >= shortest_step) return step;
-  std::erase_if(steps, [](double one) { return one > longest_step; });
-  return std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
+  return step >= shortest_step ? step : mean_step(steps);
 }
 
 void check_unit(const DelimitedTable& table, double step) {

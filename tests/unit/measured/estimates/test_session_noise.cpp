@@ -37,6 +37,7 @@ TEST(SessionNoise, OfAChannelOfFewRowsIsThatOfItsReadings) {
   };
   for (const auto in : {+[](std::size_t k) { return k % 2 == 1; }, +[](std::size_t k) { return k % 5 == 2; },
                         +[](std::size_t k) { return k % 5 == 0 || k % 5 == 2; },
+                        +[](std::size_t k) { return k % 6 != 0; },  // no two differences follow each other
                         +[](std::size_t k) { return k % 3 == 0 && k % 100 < 90; }}) {
     const auto noise = found(in);
     ASSERT_TRUE(noise);

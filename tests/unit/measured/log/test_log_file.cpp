@@ -146,6 +146,23 @@ TEST_F(LogFiles, AParkedCarAndAShortLogAreRefused) {
   EXPECT_NE(brief.find("at least 5 s"), std::string::npos) << brief;
 }
 
+/// Of a car whose v_ref is 2 m/s: at a tenth of it it drives, though too slowly for anything to be told of it.
+TEST_F(LogFiles, ASlowCarIsNotParked) {
+  const auto circling = [](double v) {
+    std::vector<Row> rows;
+    for (std::size_t k = 0; k < 300; ++k) {
+      const double t = 0.1 * static_cast<double>(k), rate = 2.0 * v, yaw = rate * t;
+      rows.push_back({t, 0.5 * std::sin(yaw), -0.5 * std::cos(yaw), yaw, v, 0.0, rate, 0.1, 0.12});
+    }
+    return rows;
+  };
+  const std::string slow = refusal(circling(0.2)), parked = refusal(circling(0.08));
+  EXPECT_NE(slow.find("no stretch of 3 s"), std::string::npos) << slow;
+  EXPECT_NE(slow.find("at 0.4 m/s or faster, a fifth of the car's v_ref"), std::string::npos) << slow;
+  EXPECT_NE(parked.find("the car is parked"), std::string::npos) << parked;
+  EXPECT_EQ(refusal(circling(0.5)), "accepted");
+}
+
 TEST_F(LogFiles, DroppedRowsOutliersAndNansAreLeftOut) {
   std::vector<Row> rows = changed([](std::size_t i, Row& r) {
     if (i % 97 == 13) r[1 + i % 6] += (i % 2 == 0 ? 1.0 : -1.0) * (1 + i % 6 < 4 ? 0.4 : 3.0);
@@ -320,6 +337,9 @@ TEST_F(LogFiles, WrongSignsAreHintedAt) {
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[8] = -r[8]; })).find("steering seems to have the other sign"),
             std::string::npos);
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[2] = -r[2]; })).find("left-handed"), std::string::npos);
+  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[3] += 0.7; })).find("of where yaw_rad points"),
+            std::string::npos)
+      << "no car slides so far all the time";
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[6] = -r[6]; })).find("yaw_rate_radps seems to have the other"),
             std::string::npos);
 }
@@ -332,17 +352,25 @@ TEST_F(LogFiles, AColumnWithoutAnyNumberIsNamed) {
               std::string::npos);
 }
 
-/// A car that stands with its wheels turned says nothing about the sign of the steering.
-TEST_F(LogFiles, ACarThatStandsWithTurnedWheelsIsNoHint) {
-  std::vector<Row> rows = rows_;
-  for (std::size_t i = 0; i < 2 * rows_.size(); ++i) {
-    Row row = rows_.back();
-    row[0] += 0.02 * static_cast<double>(i + 1);
-    row[4] = row[5] = row[6] = row[7] = 0.0;
-    row[8] = 0.3;
-    rows.push_back(row);
+/// A car that stands with its wheels turned says nothing about the sign of the steering, nor, where it stands for
+/// nearly all of the log, about the frame.
+TEST_F(LogFiles, ACarThatStandsIsNoHint) {
+  const double turned = 2.0 - rows_.back()[3], c = std::cos(turned), s = std::sin(turned);
+  const std::vector<Row> driven = changed([&](std::size_t, Row& r) {
+    const double x = r[1], y = r[2];
+    r[1] = c * x - s * y, r[2] = s * x + c * y, r[3] += turned;
+  });
+  for (const std::size_t times : {2UL, 30UL}) {
+    std::vector<Row> rows = driven;
+    for (std::size_t i = 0; i < times * driven.size(); ++i) {
+      Row row = driven.back();
+      row[0] += 0.02 * static_cast<double>(i + 1);
+      row[4] = row[5] = row[6] = row[7] = 0.0;
+      row[8] = 0.3;
+      rows.push_back(row);
+    }
+    EXPECT_EQ(refusal(rows), "accepted") << times;
   }
-  EXPECT_EQ(refusal(rows), "accepted");
 }
 
 TEST_F(LogFiles, OutliersOfAnySizeAreLeftOutBeforeAnythingIsJudged) {

@@ -30,5 +30,14 @@ TEST(RawLog, ALongLogKeepsToItsStampsAtAnyRate) {
     EXPECT_NEAR(found_step(hertz) * 600.0 * hertz, 600.0, 0.1 / hertz) << hertz;
 }
 
+/// As of messages of a bus, each in a row of its own.
+TEST(RawLog, TheSampleTimeOfRowsInBurstsIsTheirMean) {
+  std::vector<double> times;
+  for (std::size_t k = 0; k < 400; ++k)
+    times.push_back(0.05 * static_cast<double>(k / 4) + 6e-5 * static_cast<double>(k % 4));
+  EXPECT_NEAR(usual_step(times), 0.0125, 2e-4);
+  EXPECT_EQ(usual_step({}), 0.0);
+}
+
 }  // namespace test_raw_log
 }  // namespace gripline::measured

@@ -127,12 +127,5 @@ TEST(GriplineLog, ADelayTakenOffLeavesAsManyReadings) {
   EXPECT_NEAR(static_cast<double>(read), 390.0 / 4.0, 1.0);
 }
 
-TEST(GriplineLog, TypicalSpeedComesFromTheSpeedOrThePlace) {
-  Session s = circling().session;
-  EXPECT_NEAR(typical_speed(s), 10.0, 1e-9);
-  for (std::size_t i = 0; i < s.rows(); ++i) s.reading[i * 6 + 3] = NAN;
-  EXPECT_NEAR(typical_speed(s), 10.0, 0.2);
-}
-
 }  // namespace test_gripline_log
 }  // namespace gripline::measured

@@ -58,7 +58,7 @@ TEST(GuessDraft, NamesMayEndWithAUnit) {
                           {"t_ms", "/time", "ms"},
                           {"East_m", "/channels/x", "m"},
                           {"x_mm", "/channels/x", "mm"}}) {
-    const Guess guess = guess_of_columns(std::string("other,") + one.name);
+    const Guess guess = guess_of_columns(std::string("other,y,") + one.name);
     const std::string at = one.channel;
     ASSERT_NE(find_pointer(guess.map, at + "/column"), nullptr) << one.name;
     EXPECT_EQ(find_pointer(guess.map, at + "/column")->text(), one.name);

@@ -11,6 +11,7 @@
 #include "config/json_file.hpp"
 #include "measured/session/log_guess.hpp"
 #include "measured/session/session_file.hpp"
+#include "support/guess_of_columns.hpp"
 #include "support/scratch.hpp"
 
 namespace gripline::measured {
@@ -35,6 +36,19 @@ TEST(GuessMotion, RadiansThatCountOnOverTurnsAreNoDegrees) {
   const SessionFile session = read_session(log, load_log_map(file));
   EXPECT_NEAR(session.session.at(100, 2), 2.5, 1e-9);
   EXPECT_NEAR(session.session.at(1000, 2), 25.0, 1e-9);
+}
+
+/// A map that names one of x and y alone would be refused.
+TEST(GuessMotion, AnXWithoutAYIsNoPlace) {
+  for (const char* const header : {"t,x,latitude,longitude,steering", "t,y,latitude,longitude,steering"}) {
+    const Guess guess = test::guess_of_columns(header);
+    const auto file = scratch("one.json");
+    std::ofstream(file) << to_json_text(guess.map);
+    const LogMap map = load_log_map(file);
+    EXPECT_FALSE(map[Source::x] || map[Source::y]) << header;
+    EXPECT_TRUE(map[Source::latitude] && map[Source::longitude]) << header;
+    EXPECT_THAT(guess.remarks, testing::Contains(testing::StartsWith("columns not used: "))) << header;
+  }
 }
 
 /// The guess for a straight drive at 10 m/s whose speed is `factor` times that, under this header.

@@ -100,6 +100,8 @@ TEST(LogGuess, DatesOfWholeSecondsAreNoMilliseconds) {
 TEST(LogGuess, ColumnsThatNothingUsesAreNamed) {
   EXPECT_THAT(guess_of_columns("time,x,y,delta,throttle,oil,Water Temperature").remarks,
               testing::Contains("columns not used: oil, Water Temperature"));
+  EXPECT_THAT(guess_of_columns("time,x,y,delta,throttle,brake,rot").remarks, testing::Contains("columns not used: rot"))
+      << "three letters of the throttle";
   EXPECT_THAT(guess_of_columns("time,x,y,delta,throttle,brake").remarks,
               testing::Not(testing::Contains(testing::HasSubstr("not used"))));
 }

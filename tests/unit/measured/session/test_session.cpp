@@ -46,6 +46,30 @@ TEST(CommandGrid, AHeldCommandHasItsMeanOverEveryStretch) {
   EXPECT_NEAR(steering(fine, 1.0025), 0.2, 1e-9);
 }
 
+/// A channel at 4 Hz in rows of 20 Hz: 0.55 - 0.3 is a little more than 0.25.
+TEST(Session, StampsThatAreRoundedMakeNoGap) {
+  Session s;
+  for (int i = 0; i <= 200; ++i) {
+    s.t.push_back(0.05 * i);
+    s.reading.resize(s.t.size() * channels, not_a_number);
+    if (i % 5 == 1) s.reading[static_cast<std::size_t>(i) * channels + Channel::vx] = 2.0 * s.t.back();
+  }
+  for (double time = 0.06; time < 9.8; time += 0.05)
+    EXPECT_NEAR(s.bridge(Channel::vx, time, INFINITY, even_motion), 2.0 * time, 1e-9) << time;
+}
+
+/// Rows at 4 Hz: none of their commands is held.
+TEST(CommandGrid, RowsAsFarApartAsACarMovesEvenlyHaveLinesBetweenThem) {
+  Session s;
+  for (int i = 0; i <= 40; ++i) {
+    s.t.push_back(0.05 * (1 + 5 * i));
+    s.command.push_back({s.t.back(), 0.0});
+  }
+  const CommandGrid grid(s, 0.05);
+  for (std::size_t k = 0; k < grid.sample.size(); ++k)
+    EXPECT_NEAR(grid.sample[k].d, grid.t0 + grid.dt * static_cast<double>(k), 1e-9) << k;
+}
+
 TEST(CommandGrid, ACommandReadEverySoOftenMovesEvenlyToItsNextReading) {
   Session s = stepping();
   s.steering_between = read_every(0.1);

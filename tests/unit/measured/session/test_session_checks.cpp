@@ -24,6 +24,19 @@ TEST(SessionChecks, UnitsAndSignsAreToldWithTheirEvidence) {
   EXPECT_THAT(why(own_log(1, 1, -1), map), HasSubstr("other sign"));
 }
 
+/// As of a gyroscope that is mounted upside down.
+TEST(SessionChecks, AYawRateOfAnotherUnitAndTheOtherSignIsToldBoth) {
+  const auto refused = [](const char* rate) {
+    std::string text = channels_json("");
+    text.replace(text.find("{\"column\": \"r\"}"), 15, std::string("{\"formula\": \"") + rate + "\"}");
+    return why(own_log(), map_of(text));
+  };
+  EXPECT_EQ(refused("r"), "fine");
+  EXPECT_THAT(refused("-deg(r)"), AllOf(HasSubstr("it looks like deg/s"), HasSubstr("has the other sign, too")));
+  EXPECT_THAT(refused("-rad(r)"), AllOf(HasSubstr("yaw_rate was taken for deg/s"), HasSubstr("other sign, too")));
+  EXPECT_THAT(refused("-5 * r"), HasSubstr("yaw: one of them has the other sign (\"sign\": -1)"));
+}
+
 /// Of a yaw and a yaw rate in different units the path tells which of them is wrong.
 TEST(SessionChecks, TheChannelThatDoesNotTurnAsThePathDoesIsBlamed) {
   const auto refused = [](const char* yaw, const char* rate) {

@@ -154,6 +154,25 @@ TEST(SessionFile, BesideAVyThatIsReadADerivedVxIsOfThePlacesPoint) {
   }
 }
 
+/// vy of a unit that is turned by half a radian holds a part of the speed: vx along the car's axis is none of its own.
+TEST(SessionFile, BesideAVyOfTurnedAxesADerivedVxIsAlongThem) {
+  const std::string unit = R"("frame": {"x": "0.2 m", "y": "0.9 m", "yaw": "0.5 rad"})";
+  const LogMap with_yaw = map_of(R"({"time": "t", "channels": {
+    "x": {"column": "px", "frame": {"x": "0.8 m", "y": "0.5 m"}}, "y": "py",
+    "yaw": {"column": "psi", "frame": {"yaw": "0.1 rad"}}, "yaw_rate": "r", "delta": "steer",
+    "vy": {"formula": "cos(0.5) * 0.2 * r - (10 - 0.9 * r) * 0.4794255386", )" +
+                                 unit + "}}}");
+  const LogMap by_course = map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "delta": "steer",
+    "vy": {"formula": "0 * r - 10 * 0.4794255386", )" +
+                                  unit + "}}}");
+  for (const Session& centre : {at_centre_of_gravity(read_session(antenna_log(0.8, 0.5), with_yaw)),
+                                at_centre_of_gravity(read_session(antenna_log(0.0, 0.0), by_course))})
+    for (std::size_t i = 1; i < centre.rows(); ++i) {
+      ASSERT_NEAR(centre.at(i, Channel::vx), 10.0, 0.1) << i << ": half a step late";
+      ASSERT_NEAR(centre.at(i, Channel::vy), 0.0, 0.1) << i;
+    }
+}
+
 TEST(SessionFile, ACourseHasNoAxesThatAMapCouldTurn) {
   const SessionFile file = read_session(antenna_log(0.0, 0.0), map_of(R"({"time": "t", "channels": {
     "x": {"column": "px", "frame": {"yaw": "0.1 rad"}}, "y": "py", "yaw_rate": "r", "delta": "steer"}})"));

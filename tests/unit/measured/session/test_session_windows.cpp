@@ -68,6 +68,26 @@ TEST(SessionWindows, APlaceThatIsRepeatedIsNoneOfItsOwn) {
   for (const SessionWindow& w : windows) EXPECT_NEAR(w.way / w.seconds, 10.0, 0.05) << w.begin;
 }
 
+/// Places every two seconds.
+TEST(SessionWindows, AreBridgedOverWhatUsuallyLiesBetweenPlacesOrLess) {
+  Session s = circling(0.02, 20.0);
+  for (std::size_t k = 0; k < s.rows(); ++k)
+    if (k % 100 != 0) reading(s, k, Channel::x) = reading(s, k, Channel::y) = NAN;
+  for (const SessionWindow& w : session_windows(s)) EXPECT_GT(w.way, 0.0) << w.begin;
+  const std::vector<SessionWindow> barely = session_windows(s, 0.5);
+  EXPECT_THAT(barely, SizeIs(session_windows(s).size()));
+  for (const SessionWindow& w : barely) EXPECT_TRUE(std::isnan(w.way)) << w.begin;
+}
+
+TEST(SessionWindows, WhatStandsIsSlowerThanAnyCarAndThanATwentiethOfItsDriving) {
+  EXPECT_EQ(slowest_driving(20.0), 1.0);
+  EXPECT_EQ(slowest_driving(1.0), standing_speed);
+  std::vector<double> speeds(200, 5.0);
+  speeds[7] = speeds[50] = 500.0;
+  EXPECT_EQ(top_speed(speeds), 5.0) << "two wrong readings";
+  EXPECT_EQ(top_speed({}), 0.0);
+}
+
 /// A mean is one of half of the rows at least.
 TEST(SessionWindows, OfAChannelThatWasNotReadNothingIsShown) {
   Session s = circling(0.02, 10.0);
@@ -94,12 +114,17 @@ TEST(SessionWindows, SpeedOverPathIsTheScaleOfVx) {
 }
 
 /// A car that comes to rest after ten seconds; its receiver goes on to show a few centimetres per second.
-TEST(SessionWindows, RowsOfACarAtRestDoNotMove) {
-  Session s = circling(0.02, 20.0);
+Session coming_to_rest(double seconds) {
+  Session s = circling(0.02, seconds);
   for (std::size_t k = 500; k < s.rows(); ++k) {
     for (const std::size_t c : {Channel::x, Channel::y, Channel::yaw}) reading(s, k, c) = reading(s, 500, c);
     reading(s, k, Channel::vx) = 0.05;
   }
+  return s;
+}
+
+TEST(SessionWindows, RowsOfACarAtRestDoNotMove) {
+  Session s = coming_to_rest(20.0);
   const std::vector<bool> moving = moving_rows(s);
   const Session driven = while_moving(s);
   ASSERT_THAT(moving, SizeIs(s.rows()));
@@ -110,6 +135,26 @@ TEST(SessionWindows, RowsOfACarAtRestDoNotMove) {
     }
   for (std::size_t k = 0; k < s.rows(); ++k) reading(s, k, Channel::vx) = 0.05;
   EXPECT_THAT(moving_rows(s), testing::Each(true)) << "a car that is always at rest: nothing to tell apart";
+}
+
+TEST(SessionWindows, TypicalSpeedComesFromTheSpeedOrThePlace) {
+  Session s = circling(0.05, 20.0);
+  EXPECT_NEAR(typical_speed(s), 10.0, 1e-9);
+  for (std::size_t k = 0; k < s.rows(); ++k) reading(s, k, Channel::vx) = NAN;
+  EXPECT_NEAR(typical_speed(s), 10.0, 0.2);
+}
+
+/// Of a log that is nine tenths of standing it is the speed of the tenth in which the car drives.
+TEST(SessionWindows, TypicalSpeedIsThatOfACarThatMoves) {
+  const Session s = coming_to_rest(100.0);
+  EXPECT_NEAR(typical_speed(s), 10.0, 1e-9);
+}
+
+TEST(SessionWindows, TypicalSpeedOfNothingIsOne) {
+  EXPECT_EQ(typical_speed({}), 1.0);
+  Session s = circling(0.05, 20.0);
+  s.reading.assign(s.reading.size(), NAN);
+  EXPECT_EQ(typical_speed(s), 1.0);
 }
 
 TEST(SessionWindows, CorrelationsNeedTwentyValuesThatVary) {
