@@ -101,8 +101,7 @@ void StagedCar::plan() {
 
 double StagedCar::max_delay() const {
   double longest = 0.0;
-  for (std::size_t i = 0; i < parts_.size(); ++i)
-    longest = std::max(longest, parts_[i].effect->max_delay(std::span(params_).subspan(parts_[i].params)));
+  for_each_delay([&](double delay) { longest = std::max(longest, delay); });
   return longest;
 }
 

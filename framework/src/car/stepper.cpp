@@ -92,11 +92,16 @@ void Stepper<T>::advance(const StagedCar& car, const Tableau& method, double fro
 
 namespace {
 
-/// Time into a step of dt [s] at which delayed commands jump or change their rate: across such a breakpoint no
-/// Runge-Kutta method keeps its order. 0: none.
-double delayed_breakpoint(const StagedCar& car, double dt) {
-  const double delay = car.max_delay();
-  return delay - dt * std::floor(delay / dt);
+/// How long after `from`, both from the start of a step of dt, a delayed command jumps or changes its rate first, if it
+/// does so within `left` [s]: across such a breakpoint no Runge-Kutta method keeps its order. Else `left`.
+double to_breakpoint(const StagedCar& car, double dt, double from, double left) {
+  const double least = 1e-6 * left;  // what is as near is one of its ends
+  double first = left;
+  car.for_each_delay([&](double delay) {
+    const double ahead = delay - dt * std::floor(delay / dt) - from;
+    if (ahead > least && ahead < left - least) first = std::min(first, ahead);
+  });
+  return first;
 }
 
 }  // namespace
@@ -104,17 +109,16 @@ double delayed_breakpoint(const StagedCar& car, double dt) {
 template <class T>
 void Stepper<T>::step(const StagedCar& car, const Integration& integration, double dt, std::size_t n, const Place* at,
                       const T* params) {
-  constexpr double least = 1e-6;  // of a step, where the breakpoint is one of its ends
   const Tableau& method = *integration.tableau;
   const double h = dt / integration.substeps;
-  const double breakpoint = past_ > 0 ? delayed_breakpoint(car, dt) : 0.0;
   for (int sub = 0; sub < integration.substeps; ++sub) {
-    const double from = sub * h, to_breakpoint = breakpoint - from;
-    if (to_breakpoint > least * h && to_breakpoint < (1.0 - least) * h) {
-      advance(car, method, from, to_breakpoint, dt, n, at, params);
-      advance(car, method, breakpoint, h - to_breakpoint, dt, n, at, params);
-    } else {
-      advance(car, method, from, h, dt, n, at, params);
+    double from = sub * h, left = h;
+    for (;;) {
+      const double piece = past_ > 0 ? to_breakpoint(car, dt, from, left) : left;
+      advance(car, method, from, piece, dt, n, at, params);
+      if (piece == left) break;
+      from += piece;
+      left -= piece;
     }
   }
 }

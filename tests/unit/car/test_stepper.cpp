@@ -137,6 +137,20 @@ TEST(Stepper, AStepIsCutWhereALateCommandJumps) {
   for (std::size_t i = 0; i < motion_size; ++i) EXPECT_NEAR(once[i], twice[i], 1e-12) << i;
 }
 
+/// Throttle and steering that are late by different times jump at two places of a step: it is cut at both.
+TEST(Stepper, AStepIsCutWhereEachLateCommandJumps) {
+  const TestedCar late(R"([{"plugin": "throttle_delay", "params": {"T": 0.034}},
+                          {"plugin": "steer_delay", "params": {"T": 0.025}}])"),
+      prompt;
+  const std::vector<double> start = {0.2, -0.1, 0.7, 1.8, 0.15, 3.0};
+  const std::vector<CommandSample<double>> past = {{0.1, 0.0}, {0.2, 0.05}, {0.4, 0.10}};
+  const auto once = held(late, start, 0.02, {0.8, 0.15}, past);
+  auto pieces = held(prompt, start, 0.005, {past[1].d, past[1].delta});
+  pieces = held(prompt, pieces, 0.009, {past[1].d, past[2].delta});
+  pieces = held(prompt, pieces, 0.006, {past[2].d, past[2].delta});
+  for (std::size_t i = 0; i < motion_size; ++i) EXPECT_NEAR(once[i], pieces[i], 1e-12) << i;
+}
+
 /// vx' = 3 t^2.
 class Clock final : public AutoDiffEffect<Clock> {
  public:

@@ -85,8 +85,7 @@ class Pass {
 
   void start() {
     restart(0);
-    for (std::size_t j = 0; j < lm_.memories(); ++j)
-      P_[(channels + j) * (N + 1)] = constant<T>(lm_.memory_variance[j]);
+    for (std::size_t j = 0; j < lm_.memories(); ++j) P_[(channels + j) * (N + 1)] = constant<T>(lm_.memory_variance[j]);
     next_.assign(N * params_, 0.0);
     inputs_.assign(N * params_, 0.0);
     J_.assign(params_, 0.0);

@@ -14,21 +14,21 @@ constexpr std::size_t chunk = 32;
 /// Part of a step from its ends within which held commands, which jump there, are looked up.
 constexpr double off_its_ends = 1e-9;
 
-/// Fractions of a step between which the commands that act are smooth: 0, their kinks, 1, each piece cut so that none
+/// Fractions of a step between which the commands that act are smooth: 0, their breakpoints, 1, each piece cut so that none
 /// is longer than 1 / substeps.
 std::vector<double> step_knots(const StagedCar& car, const Log& log, int substeps) {
   std::vector<double> corners{0.0};
-  const auto add_kink = [&](double kink) {
-    kink -= std::floor(kink);
-    if (kink > 1e-6 && kink < 1.0 - 1e-6) corners.push_back(kink);
+  const auto add_breakpoint = [&](double late) {
+    const double at = late - std::floor(late);
+    if (at > 1e-6 && at < 1.0 - 1e-6) corners.push_back(at);
   };
-  const double delay = car.max_delay() / log.dt, lag = log.hold.lag;
-  add_kink(lag);
-  add_kink(delay + lag);
-  if (!log.fine.empty()) {
-    add_kink(lag + 0.5);
-    if (delay > 0.0) add_kink(delay + lag + 0.5);
-  }
+  const auto add_breakpoints = [&](double delay) {
+    const double late = delay / log.dt + log.hold.lag;
+    add_breakpoint(late);
+    if (!log.fine.empty()) add_breakpoint(late + 0.5);
+  };
+  add_breakpoints(0.0);
+  car.for_each_delay(add_breakpoints);
   corners.push_back(1.0);
   std::sort(corners.begin(), corners.end());
   const auto same = [](double a, double b) { return b - a < 1e-9; };

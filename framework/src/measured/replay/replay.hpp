@@ -8,7 +8,7 @@
 namespace gripline::measured {
 
 /// Steps of dt of many copies of a car, each at its own sample of a log, by the classical Runge-Kutta method. Steps are
-/// split where delayed commands have their kinks. Holds references.
+/// split where delayed commands have their breakpoints. Holds references.
 class LogStepper {
  public:
   LogStepper(const StagedCar& car, const Log& log, int substeps);

@@ -38,6 +38,26 @@ TEST(ErrorChange, AFewStartsTellNothing) {
   EXPECT_EQ(compare({}, {}).change, 0.0);
 }
 
+/// Of four to six seconds there is an interval, too. In nearly all of many such pairs it covers the true change.
+TEST(ErrorChange, AFewSecondsHaveAWiderInterval) {
+  int covered = 0, helps = 0;
+  constexpr int pairs = 200;
+  for (std::uint64_t seed = 0; seed < pairs; ++seed) {
+    const ErrorChange half = compare(errors(2000 + seed, 9, 1.0), errors(3000 + seed, 9, 4.0));
+    covered += half.low < -0.5 && -0.5 < half.high;
+    helps += half.helps();
+  }
+  EXPECT_GE(covered, pairs * 90 / 100);
+  EXPECT_GE(helps, pairs * 90 / 100);
+  const auto width = [](std::size_t starts) {
+    const ErrorChange half = compare(errors(4001, starts, 1.0), errors(4002, starts, 4.0));
+    return half.high - half.low;
+  };
+  EXPECT_GT(width(8), width(13));
+  EXPECT_FALSE(compare(errors(804, 6, 1.0), errors(805, 6, 9.0)).measured());
+  EXPECT_TRUE(compare(errors(804, 7, 1.0), errors(805, 7, 9.0)).measured());
+}
+
 /// Errors that stay the same for seconds are one piece of evidence, not many.
 TEST(ErrorChange, StartsOfOneBlockCountAsOne) {
   StartErrors with = errors(806, 40, 1.0), without = with;

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <span>
+
 #include "diagnose/inference/reference.hpp"
 #include "support/diagnose_rig.hpp"
 
@@ -62,6 +64,47 @@ TEST(Filter, GradientByProcessVariancesIsExact) {
                 1e-4 * std::abs(slope) + 1e-6 * l.noise_information[i][i] * noise.process[i])
         << i;
   }
+}
+
+/// The log less its first rows, with which a lag's past is lost.
+Log without_first(const Log& log, std::size_t rows) {
+  Log rest = log;
+  rest.command.erase(rest.command.begin(), rest.command.begin() + static_cast<std::ptrdiff_t>(rows));
+  rest.reading.erase(rest.reading.begin(), rest.reading.begin() + static_cast<std::ptrdiff_t>(rows * channels));
+  return rest;
+}
+
+/// A log begins while the steering moves, and where it lags behind to is not known: the first innovations scatter as
+/// their variances say, which allow for that. As if it were settled, they are larger.
+TEST(Filter, ALagMayBeginUnsettled) {
+  const DiagnoseRig rig;
+  const ModelSpec truth = rig.with("steer_lag", {0.1});
+  const Log whole = rig.simulate(truth, {.seconds = 10, .seed = 4, .jumps = 0.2});
+  constexpr std::size_t first = 12 * channels;
+  double allowed = 0.0, settled = 0.0, readings = 0.0;
+  for (std::size_t rows = 25; rows <= 300; rows += 25) {
+    Problem problem = rig.problem({without_first(whole, rows)});
+    Fit at_truth;
+    at_truth.model = truth;
+    at_truth.noise = rig.noise(problem, 0.01);
+    smooth_reference(problem, rig.road(), at_truth);
+    LinearModel lm = linearise(rig.catalogue().build(truth), problem.traces.front(), 3);
+    ASSERT_EQ(lm.memory_variance.size(), 1U);
+    const auto scatter = [&] {
+      FilterOptions options;
+      options.innovations = true;
+      double sum = 0.0;
+      for (const Likelihood::Innovation& one : std::span(filter(lm, at_truth.noise, options).innovations).first(first))
+        sum += one.error * one.error / one.variance;
+      return sum;
+    };
+    allowed += scatter();
+    lm.memory_variance.front() = 0.0;
+    settled += scatter();
+    readings += first;
+  }
+  EXPECT_NEAR(allowed / readings, 1.0, 0.15);
+  EXPECT_GT(settled / readings, 1.5);
 }
 
 /// The errors of rounded steering are states of the model: innovations scatter as their variances say, and are white.

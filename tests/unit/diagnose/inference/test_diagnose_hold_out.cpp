@@ -41,6 +41,20 @@ TEST(HoldOut, TheTrueModelPredictsBest) {
   EXPECT_GT(without[1], without[0]) << "errors grow with the horizon";
 }
 
+/// Of 2.5 s held out there are three starts, which make no interval: the data fitted are asked.
+TEST(HoldOut, WhereTooLittleIsHeldOutTheDataFittedAreAsked) {
+  const DiagnoseRig rig;
+  const ModelSpec truth = rig.with("drive_gain", {0.15});
+  const Problem problem = rig.problem({rig.simulate(truth, {14, 93, 1})});
+  LogFile brief;
+  brief.stretches.push_back(rig.simulate(truth, {2.5, 94, 1}));
+  const HoldOut hold_out(problem, rig.road(), {&brief, 1});
+  const Fit with = of(rig, problem, truth), without = of(rig, problem, rig.catalogue().null_model());
+  ASSERT_FALSE(compare(hold_out.predict_refitted(with), hold_out.predict_refitted(without)).measured());
+  EXPECT_TRUE(hold_out.change(with, without).helps());
+  EXPECT_TRUE(hold_out.change(without, with).harms());
+}
+
 /// Without another log the last part is held out: what it shows changes no refit.
 TEST(HoldOut, RefitsReadNothingOfWhatIsHeldOut) {
   const DiagnoseRig rig;

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "diagnose/inference/fit.hpp"
 #include "support/diagnose_rig.hpp"
 
@@ -29,6 +32,23 @@ TEST(StagedCar, MemoryRatesAreThoseOfTheWholeCar) {
     car.memory_rates(batch);
     for (std::size_t j = 0; j < 3; ++j) EXPECT_DOUBLE_EQ(rate[j], whole[k * 3 + j]);
   }
+}
+
+/// A first-order lag of a sine is off its steady value by a share w tau / root(1 + (w tau)^2) of its amplitude.
+TEST(LinearModel, TheFirstMemoryVariesAsMemoriesDoAlongTheTrace) {
+  const DiagnoseRig rig;
+  constexpr double tau = 0.1, rate = 5.0, amplitude = 0.1;
+  const ModelSpec model = rig.with("steer_lag", {tau});
+  Log log = rig.simulate(model, {10, 56, 1});
+  for (std::size_t k = 0; k < log.size(); ++k)
+    log.command[k].delta = amplitude * std::sin(rate * static_cast<double>(k) * log.dt);
+  const Problem problem = rig.problem({log});
+  const LinearModel lm = linearise(rig.catalogue().build(model), problem.traces.front(), 1);
+  const double share = rate * tau / std::hypot(1.0, rate * tau);
+  ASSERT_EQ(lm.memory_variance.size(), 1U);
+  EXPECT_NEAR(std::sqrt(lm.memory_variance.front()), amplitude * share / std::numbers::sqrt2, 0.02 * amplitude * share);
+  EXPECT_TRUE(linearise(rig.catalogue().build(rig.catalogue().null_model()), problem.traces.front(), 1)
+                  .memory_variance.empty());
 }
 
 TEST(LinearModel, StepsOfIntegrationFollowTheSampleTime) {
