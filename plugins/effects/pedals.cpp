@@ -47,7 +47,7 @@ class OneDelay : public gripline::AutoDiffEffect<D> {
   using Params = Late<T>;
   static constexpr auto parameters() { return std::tuple{param("T", &Late<double>::delay, "s", {0, 1}, "delay")}; }
   Stage stage() const noexcept override { return Stage::command; }
-  double max_delay(std::span<const double> params) const noexcept override { return params[0]; }
+  double look_back(std::span<const double> params) const noexcept override { return params[0]; }
 };
 
 class ThrottleDelay final : public OneDelay<ThrottleDelay> {

@@ -89,7 +89,7 @@ struct Virtuals<VehicleModel> {
 template <>
 struct Virtuals<Effect> {
   static constexpr auto list =
-      virtuals<Effect>(&Effect::stage, &Effect::memory, &Effect::max_delay, &Effect::start_memory,
+      virtuals<Effect>(&Effect::stage, &Effect::memory, &Effect::look_back, &Effect::start_memory,
                        overload<void(const Points<double>&) const>(&Effect::apply),
                        overload<void(const Points<Dual8>&) const>(&Effect::apply));
 };

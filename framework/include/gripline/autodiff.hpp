@@ -105,7 +105,7 @@ class AutoDiffEffect : public Base, public detail::KeptTables {
     }
   }
 
-  double max_delay(std::span<const double> params) const noexcept override {
+  double look_back(std::span<const double> params) const noexcept override {
     const D& self = static_cast<const D&>(*this);
     if constexpr (detail::HasDelay<D>)
       return self.delay(detail::bind_kept<D>(*this, params.data()));

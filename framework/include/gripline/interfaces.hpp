@@ -53,7 +53,7 @@ class Effect {
   virtual int memory() const noexcept { return 0; }
   /// The longest delay [s] at which it reads past commands (Points::history) with these parameters, 0 when it reads
   /// none. `params` is as Points::params: all of them in the order of declaration, 0 in the place of a table.
-  virtual double max_delay(std::span<const double> /*params*/) const noexcept { return 0.0; }
+  virtual double look_back(std::span<const double> /*params*/) const noexcept { return 0.0; }
   /// The memory at the start of a run, its steady value: fills memory[i * points.memory_stride + j] for instants i < n
   /// and states j < memory(), in the unit of each state. Called once per run, with all stages before this effect
   /// evaluated; points.memory and points.memory_rate are null, `memory` is zero on entry, which is what stays by

@@ -13,7 +13,7 @@ CorrectedModel::CorrectedModel(StagedCar car, StepOptions options) : car_(std::m
 }
 
 void CorrectedModel::refresh() {
-  const double back = car_.max_delay();
+  const double back = car_.look_back();
   const int before = past_;
   past_ = back > 0.0 ? static_cast<int>(std::ceil(back / options_.dt - 1e-9)) + 1 : 0;
   if (options_.hold == Hold::foh) past_ = std::max(past_, 1);

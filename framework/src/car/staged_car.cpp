@@ -99,7 +99,7 @@ void StagedCar::plan() {
       remembering_ = i + 1;
 }
 
-double StagedCar::max_delay() const {
+double StagedCar::look_back() const {
   double longest = 0.0;
   for_each_delay([&](double delay) { longest = std::max(longest, delay); });
   return longest;

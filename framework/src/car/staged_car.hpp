@@ -44,12 +44,12 @@ class StagedCar {
 
   int memory() const { return memory_; }
   /// The longest delay at which the effects read past commands with the stored parameters [s].
-  double max_delay() const;
+  double look_back() const;
   /// Calls `use` with the delay of each effect that reads past commands with the stored parameters [s].
   template <class Use>
   void for_each_delay(const Use& use) const {
     for (const Part& part : parts_)
-      if (const double delay = part.effect->max_delay(std::span(params_).subspan(part.params)); delay > 0.0) use(delay);
+      if (const double delay = part.effect->look_back(std::span(params_).subspan(part.params)); delay > 0.0) use(delay);
   }
 
   /// All parameters: the model's, then each effect's.

@@ -81,7 +81,7 @@ class PluginFormula final : public Formula {
     if (effect_ == nullptr) return;
     reading_ = effect_->stage() == Stage::reading;
     memory_ = static_cast<std::size_t>(effect_->memory());
-    past_ = effect_->max_delay(all_) > 0 ? past_samples : 0;
+    past_ = effect_->look_back(all_) > 0 ? past_samples : 0;
   }
 
   std::vector<std::string> inputs() const override {

@@ -193,9 +193,9 @@ TEST_P(Derivatives, ByStateMemoryPastCommandsAndInput) {
 }
 
 bool moves_look_back(StagedCar car, std::size_t param) {
-  const double before = car.max_delay();
+  const double before = car.look_back();
   car.params()[param] += 1e-3;
-  return car.max_delay() != before;
+  return car.look_back() != before;
 }
 
 /// The parameters' derivatives through the integrator, as whoever fits them asks for them: eight at a time.

@@ -69,7 +69,7 @@ class Letter : public Effect {
   Letter(Stage stage, double digit, int memory = 0) : stage_(stage), digit_(digit), memory_(memory) {}
   Stage stage() const noexcept override { return stage_; }
   int memory() const noexcept override { return memory_; }
-  double max_delay(std::span<const double> params) const noexcept override { return params.empty() ? 0.0 : params[0]; }
+  double look_back(std::span<const double> params) const noexcept override { return params.empty() ? 0.0 : params[0]; }
   void start_memory(const Points<double>&, double* memory) const override {
     for (int j = 0; j < memory_; ++j) memory[j] = digit_ + 100 * j;
   }
@@ -173,7 +173,7 @@ TEST(StagedCar, ParametersAndMemoryStandInTheOrderOfTheEffects) {
   EXPECT_EQ(car.param_offset(-1), 0u);
   EXPECT_EQ(car.param_offset(0), 1u);
   EXPECT_EQ(car.param_offset(1), 3u);
-  EXPECT_EQ(car.max_delay(), 0.75);
+  EXPECT_EQ(car.look_back(), 0.75);
   EXPECT_EQ(car.memory(), 3);
   const std::vector<double> out = rates(car, {10, 20, 30});
   EXPECT_THAT(std::vector<double>(out.begin() + motion_size, out.end()), ElementsAre(24, 46, 66));

@@ -109,7 +109,7 @@ TEST(AutoDiffEffect, EachPointHasItsOwnRowOfMemory) {
   EXPECT_EQ(rate, (std::vector<double>{(0.3 - 0.1) / 0.5, 0, 9, (-0.6 - 0.2) / 0.5, 0, 9}));
   EXPECT_EQ(q[0].d, 0.1);
   EXPECT_EQ(q[1].d, 0.2);
-  EXPECT_EQ(effect.max_delay(params), 0.2);
+  EXPECT_EQ(effect.look_back(params), 0.2);
 }
 
 TEST(AutoDiffEffect, WithoutParametersMemoryStartsAllTheSame) {
@@ -125,7 +125,7 @@ TEST(AutoDiffEffect, WithoutParametersMemoryStartsAllTheSame) {
   points.memory_stride = 1;
   static_cast<const Effect&>(counter).start_memory(points, &memory);
   EXPECT_EQ(memory, 4.5);
-  EXPECT_EQ(counter.max_delay({}), 0.0);
+  EXPECT_EQ(counter.look_back({}), 0.0);
 }
 
 TEST(AutoDiffEffect, OfTheReadingStageIsToldWhatToDeriveFrom) {

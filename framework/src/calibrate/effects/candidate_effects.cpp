@@ -90,7 +90,7 @@ CandidateEffect candidate_of(const PluginEntry& entry, const PluginContext& cont
   c.effect = create<Effect>(entry, context, values);
   std::vector<double> strong = c.numbers;  // at neutral values no effect has a delay
   for (std::size_t i = 0; i < params.size(); ++i) strong[i] += by_fit && params[i].fit ? params[i].scale : 0.0;
-  if (c.effect->memory() > 0 || c.effect->max_delay(strong) > 0.0 || !does_nothing(*c.effect, c.numbers)) return c;
+  if (c.effect->memory() > 0 || c.effect->look_back(strong) > 0.0 || !does_nothing(*c.effect, c.numbers)) return c;
   for (std::size_t i = 0; i < params.size(); ++i) {
     const abi::ParamDecl& p = params[i];
     if (by_fit ? !p.fit : !numeric(p)) continue;
@@ -132,7 +132,7 @@ SteeringAsymmetry steering_asymmetry(const CandidateEffect& c) {
 bool may_be_missing(const CandidateEffect& c, bool road) {
   std::vector<double> strong = c.numbers;  // at neutral values nothing depends on anything
   for (const std::size_t i : c.tested) strong[i] += 0.1;
-  if (c.effect->max_delay(strong) > 0.0) return false;
+  if (c.effect->look_back(strong) > 0.0) return false;
   return !changes_known(*c.effect, strong) && (road || !depends_on_place(*c.effect, strong));
 }
 

@@ -46,7 +46,7 @@ void Lanes<T>::set_known_until(std::size_t lane, double until) {
   own_[lane].clear();
   own_dual_[lane].clear();
   if (along_log(lane) || !(s_.longest_every() > 0.0)) return;
-  const double begin = time[lane] - s_.max_delay - 2.0 * all.dt;
+  const double begin = time[lane] - s_.look_back - 2.0 * all.dt;
   const auto first = static_cast<std::size_t>(std::max(0.0, std::floor((begin - all.t0) / all.dt)));
   const std::size_t row = std::min(log.row_before(until + 1e-9), log.rows() - 1);
   all.copy_shown(until, log.command[row], first, own_[lane]);

@@ -49,7 +49,7 @@ struct Setting {
   const double* car_values;                // of car_params
   std::size_t steer_memory, force_memory;  // where a car's memory holds the disturbances
   Stiffness stiff;
-  double max_delay;                 // [s] at which the effects read past commands
+  double look_back;                 // [s] at which the effects read past commands
   Row<double> cauchy_scale;         // innovation of each channel from which on a row near a jump is hardly followed
   const std::vector<char>& jumped;  // by row: whether the log jumped there or shortly before as no car does
   measured::VelocityAxes<T> axes;   // of its readings

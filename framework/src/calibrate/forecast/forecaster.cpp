@@ -151,7 +151,7 @@ void Forecaster::run(const Session& session, const CommandGrid& commands, const 
                                      steer_memory_,
                                      force_memory_,
                                      stiffness_of(car, values.data(), options_),
-                                     moved.max_delay(),
+                                     moved.look_back(),
                                      cauchy_scale,
                                      jumped,
                                      measured::VelocityAxes<T>::of(car, of_car.data())};

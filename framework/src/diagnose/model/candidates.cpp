@@ -59,7 +59,7 @@ Catalogue::Catalogue(const VehicleSpec& nominal, const Car& car, const Registry&
       if (entry.decl->params[i].fit) c.fitted.push_back(i);
     }
     c.excluded = std::find(exclude.begin(), exclude.end(), c.id) != exclude.end();
-    const bool delays = c.effect->max_delay(c.defaults) > 0.0;
+    const bool delays = c.effect->look_back(c.defaults) > 0.0;
     // A delay puts an earlier command in place of what acts, and would undo a delay that the world has.
     if (delays && own_has_delay()) continue;
     c.dynamic = c.effect->memory() > 0 || delays;
@@ -103,7 +103,7 @@ bool Catalogue::before(std::size_t a, std::size_t b) const {
 }
 
 bool Catalogue::own_has_delay() const {
-  return std::ranges::any_of(own_, [](const Own& own) { return own.effect->max_delay(own.params) > 0.0; });
+  return std::ranges::any_of(own_, [](const Own& own) { return own.effect->look_back(own.params) > 0.0; });
 }
 
 bool Catalogue::own_states_depend_on_model() const {

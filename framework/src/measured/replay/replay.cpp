@@ -48,7 +48,7 @@ LogStepper::LogStepper(const StagedCar& car, const Log& log, int substeps)
     : car_(car),
       log_(log),
       m_(static_cast<std::size_t>(car.memory())),
-      looks_back_(car.max_delay() > 0.0),
+      looks_back_(car.look_back() > 0.0),
       knots_(step_knots(car, log, substeps)),
       rk4_(find_tableau("rk4")) {}
 
@@ -145,7 +145,7 @@ class MemoryIntegrator {
     batch_.command = command_.data();
     batch_.at = at_.data();
     batch_.memory_rate = rate_.data();
-    if (car.max_delay() > 0.0) batch_.history = history_.data();
+    if (car.look_back() > 0.0) batch_.history = history_.data();
     go_to(0, 0.0, 1);
     car.start_memory(batch_, now_.data());
   }

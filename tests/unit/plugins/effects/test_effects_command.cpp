@@ -30,7 +30,7 @@ TEST(InputDelay, BeforeTheLogTheFirstCommandHeld) {
 TEST(InputDelay, LooksBackAsFarAsItsParameterSays) {
   const EffectBench bench("input_delay");
   const double delay[] = {0.13};
-  EXPECT_EQ(bench.effect().max_delay(delay), 0.13);
+  EXPECT_EQ(bench.effect().look_back(delay), 0.13);
 }
 
 TEST(InputDelay, DerivativeByTheDelayIsMinusTheSlope) {

@@ -23,7 +23,7 @@ TEST(ThrottleDelay, DelaysTheThrottleAlone) {
   const auto q = bench.apply({0.11});
   EXPECT_NEAR(q.d, 0.39, 1e-12);
   EXPECT_EQ(q.delta, -0.25);
-  EXPECT_NEAR(bench.effect().max_delay(std::vector{0.11}), 0.11, 0.0);
+  EXPECT_NEAR(bench.effect().look_back(std::vector{0.11}), 0.11, 0.0);
   bench.expect_exact_derivatives({0.11});
 }
 
