@@ -48,7 +48,8 @@ class Searcher {
   bool worth_fitting(const Extension& e, double best_gain) const;
   std::vector<const Fit*> extend(const Fit& from, std::size_t tries, double rival = -infinity,
                                  double enough = infinity);
-  double required(std::size_t size) const;
+  double required(std::size_t size, double smaller) const;
+  bool is_worth(const Fit& larger, const Fit& smaller) const;
   bool may_beat_best(const Fit& rough) const;
   void forward();
   void try_pairs();
@@ -82,9 +83,10 @@ bool Searcher::left_out(std::size_t candidate) const {
 
 bool Searcher::worth_fitting(const Extension& e, double best_gain) const {
   const double penalty = pool_.problem().penalty(e.dof);
-  const double enough = e.dof > thresholds::full_penalty_parameters
-                            ? thresholds::predicted_penalty_share * penalty
-                            : penalty + thresholds::predicted_gain_share * required(e.start.members.size());
+  const double enough =
+      e.dof > thresholds::full_penalty_parameters
+          ? thresholds::predicted_penalty_share * penalty
+          : penalty + thresholds::predicted_gain_share * required(e.start.members.size(), best_->evidence);
   return !left_out(e.candidate) && !(e.gain < enough) && !(e.gain < thresholds::least_share_of_best * best_gain);
 }
 
@@ -112,11 +114,17 @@ std::vector<const Fit*> Searcher::extend(const Fit& from, std::size_t tries, dou
   return fits;
 }
 
-/// Evidence that the last effect of a model of this size must bring.
-double Searcher::required(std::size_t size) const {
+/// Evidence that the last effect of a model of this size must bring over that of the model without it.
+double Searcher::required(std::size_t size, double smaller) const {
   if (size <= 1) return thresholds::single_gain;
   const double share = first_reference_.empty() ? thresholds::further_share : thresholds::further_share_refined;
-  return std::max(thresholds::further_gain, share * (best_->evidence - null_model_->evidence));
+  return std::max(thresholds::further_gain, share * (smaller - null_model_->evidence));
+}
+
+/// Whether a model's last effect is worth having. What is put in and what is taken out follow this one rule: by two that
+/// differ a bit, the search put an effect in and took it out for ever.
+bool Searcher::is_worth(const Fit& larger, const Fit& smaller) const {
+  return larger.evidence > smaller.evidence + required(larger.model.members.size(), smaller.evidence);
 }
 
 bool Searcher::may_beat_best(const Fit& rough) const {
@@ -136,7 +144,7 @@ void Searcher::forward() {
         best = std::max(best, one->evidence);
       }
     std::stable_sort(next.begin(), next.end(), [](const Fit* a, const Fit* b) { return a->evidence > b->evidence; });
-    if (next.empty() || next.front()->evidence < best_->evidence + required(size)) break;
+    if (next.empty() || !is_worth(*next.front(), *best_)) break;
     best_ = next.front();
     const double far = thresholds::beam_range * std::abs(best_->evidence - null_model_->evidence);
     beam.clear();
@@ -167,8 +175,8 @@ void Searcher::try_pairs() {
 void Searcher::exchange(const Fit& less, bool& improved) {
   for (const Fit* swapped : extend(less, thresholds::late_tries, best_->evidence)) {
     const bool larger = swapped->model.members.size() > best_->model.members.size();
-    const double gain = larger ? required(swapped->model.members.size()) : thresholds::exchange_gain;
-    if (!(swapped->evidence > best_->evidence + gain)) continue;
+    const bool better = swapped->evidence > best_->evidence + thresholds::exchange_gain;
+    if (!(larger ? is_worth(*swapped, *best_) : better)) continue;
     best_ = swapped;
     improved = true;
   }
@@ -183,8 +191,7 @@ void Searcher::backward_and_exchange() {
       Fit& rough = pool_.rough_fit(catalogue().without(before->model, member), before->noise);
       const bool near = may_beat_best(rough);
       const Fit& less = near ? pool_.finish(rough) : rough;
-      if (less.evidence > best_->evidence - required(best_->model.members.size()) &&
-          less.model.members.size() < best_->model.members.size()) {
+      if (less.model.members.size() < best_->model.members.size() && !is_worth(*best_, less)) {
         best_ = &less;
         improved = true;
       }
@@ -235,12 +242,12 @@ void Searcher::refine_along_own_reference() {
 void Searcher::prune() {
   for (const Fit* before = nullptr; before != best_ && best_ != null_model_;) {
     before = best_;
-    const double enough = before->evidence - required(before->model.members.size());
     std::vector<const Fit*> smaller{null_model_};
     for (const std::size_t member : before->model.members)
       smaller.push_back(pool_.find(catalogue().without(before->model, member).members));
     for (const Fit* one : smaller)
-      if (one != nullptr && one->evidence > enough && (best_ == before || one->evidence > best_->evidence)) best_ = one;
+      if (one != nullptr && !is_worth(*before, *one) && (best_ == before || one->evidence > best_->evidence))
+        best_ = one;
   }
 }
 
@@ -250,7 +257,8 @@ bool Searcher::forward_once() {
   const bool largest = before->model.members.size() >= thresholds::max_effects;
   // The catalogue is found insufficient only by more than linearisation errors could bring.
   const double least = largest ? thresholds::further_share * (before->evidence - null_model_->evidence) : 0.0;
-  const double enough = before->evidence + std::max(required(before->model.members.size() + 1), least);
+  const double more_needed = required(before->model.members.size() + 1, before->evidence);
+  const double enough = before->evidence + std::max(more_needed, least);
   const auto more = extend(*before, thresholds::late_tries, before->evidence, largest ? enough : infinity);
   if (more.empty() || more.front()->evidence <= enough) return false;
   exhausted_ = largest;
