@@ -227,6 +227,9 @@ inline constexpr double least_delay = 1.0, surely_late = 0.5;
 /// it at most). Smaller: what is left of it passes for something unknown; larger: effects that move readings along the
 /// way hide in it.
 inline constexpr double left_of_delay = 0.25;
+/// Standard deviation, in samples, of a delay by what readings do between samples: speeds are read as linear there, and
+/// bend where held commands jump. Larger: wider intervals of delays.
+inline constexpr double delay_between_samples = 0.05;
 /// Probability that the interval misses the delay: a delay is named in front of everything else, so that each of the
 /// two groups of channels has half of the verdicts' false alarms (1 %). Larger: coloured noise passes for a delay.
 inline constexpr double false_delay = 0.005;

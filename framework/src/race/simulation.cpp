@@ -30,6 +30,15 @@ void require_finite(const std::string& who, double t, const char* what, std::ini
                           (std::isnan(number) ? "a number" : "finite"));
 }
 
+void require_friction(const std::string& who, double t, const Belief& mu) {
+  const auto numbers = {mu.mu_front, mu.mu_rear, mu.sigma_front, mu.sigma_rear};
+  require_finite(who, t, "a friction", numbers);
+  if (std::ranges::min(numbers) < 0.0)
+    throw PluginFailure(who +
+                        format(" at t = %f s: returned a friction of %g and %g, sigma %g and %g; expected none below 0",
+                               t, mu.mu_front, mu.mu_rear, mu.sigma_front, mu.sigma_rear));
+}
+
 /// Every member of a reference: controllers may read any of them.
 void require_finite(const std::string& who, double t, const RefPoint& r) {
   const Place& at = r.at;
@@ -99,8 +108,7 @@ Sample Simulation::sample_of(const Observation& before) {
 void Simulation::decide() {
   StackBelief belief = guard(stack_.spec().estimator.id(), now_.t,
                              [&] { return stack_.belief(now_.t); });  // lines 8-13: {f_corr, mu} or {f_nom, mu_init}
-  require_finite(stack_.spec().estimator.id(), now_.t, "a friction",
-                 {belief.mu.mu_front, belief.mu.mu_rear, belief.mu.sigma_front, belief.mu.sigma_rear});
+  require_friction(stack_.spec().estimator.id(), now_.t, belief.mu);
   model_ = belief.model;
   timed_call(stack_.spec().planner.id(), now_.t, timing_.plan_ms,
              [&] { stack_.planner().plan(acted_on_, belief.mu, belief.learned, horizon_); });  // line 14

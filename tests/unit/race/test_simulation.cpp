@@ -110,6 +110,11 @@ const Fault faults[] = {
      "fault.throws_learning at t = 0.220000 s: matrix is singular", 11},
     {"estimator_believes_nan", "{}", R"({"estimator": {"plugin": "fault.nan_friction"}})", Status::plugin_error,
      "fault.nan_friction at t = 0.220000 s: returned a friction that is not a number", 11},
+    {"estimator_believes_less_than_nothing", "{}", R"({"estimator": {"plugin": "fault.negative_friction"}})",
+     Status::plugin_error,
+     "fault.negative_friction at t = 0.220000 s: returned a friction of 1 and -0.5, sigma 0 and 0; expected none below "
+     "0",
+     11},
     {"estimator_corrects_by_nan", "{}",
      R"({"estimator": {"plugin": "fault.nan_correction"}, "controller": {"plugin": "spy.constant"}})",
      Status::plugin_error, "fault.nan_correction at t = 0.240000 s: returned a correction that is not a number", 12},

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <tuple>
+#include <utility>
 
 #include "diagnose/inference/bases.hpp"
 #include "diagnose/inference/constancy.hpp"
@@ -177,10 +179,15 @@ std::vector<ResidualTest> residual_tests(const Problem& problem, const Fit& fitt
   const std::vector<Linearised> driven = noisy ? with_own_along(predicted, fitted, along) : along;
   for (const Where where : {Where::position, Where::time, Where::state, Where::input})
     tests.push_back(test_kind(predicted, fitted, driven, where));
+  const ResidualTest over_time = tests[1];
   tests.push_back(test_uneven_noise(problem, fitted, along, strongest(tests)));
   tests.push_back(test_spectral_line(problem, fitted, along));
   add_focused(predicted, fitted, driven, tests);
-  for (ResidualTest& test : constancy(problem, fitted, along)) tests.push_back(std::move(test));
+  for (ResidualTest& test : constancy(problem, fitted, along)) {
+    // An effect that changes with time has no interval of its own: its errors are largest where those of all are.
+    if (test.where == Where::time) std::tie(test.from, test.to) = std::pair(over_time.from, over_time.to);
+    tests.push_back(std::move(test));
+  }
   return tests;
 }
 

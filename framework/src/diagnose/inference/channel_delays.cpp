@@ -97,6 +97,13 @@ std::pair<double, double> interval(const measured::PairDelay& d, double missing)
   return {d.seconds - wider * (d.seconds - d.low), d.seconds + wider * (d.high - d.seconds)};
 }
 
+/// The 95 % interval of a delay, which also misses it by what readings do between samples.
+std::pair<double, double> stated_interval(const measured::PairDelay& d, double dt) {
+  const auto [low, high] = interval(d, 0.05);
+  const double unseen = normal_95 * thresholds::delay_between_samples * dt;
+  return {d.seconds - std::hypot(d.seconds - low, unseen), d.seconds + std::hypot(high - d.seconds, unseen)};
+}
+
 /// By what a fit moved the delay of a group.
 struct LeftOver {
   std::size_t group = 0;
@@ -158,7 +165,7 @@ std::vector<ChannelDelay> sure_delays(std::span<const LogFile> logs, SpeedsBy sp
     if (!d.of_clock || !is_sure(d, dt)) continue;
     const auto name = std::ranges::find(measured::delay_names, std::string_view(d.channel));
     const auto group = static_cast<std::size_t>(name - measured::delay_names.begin());
-    const auto [from, to] = interval(d, 0.05);
+    const auto [from, to] = stated_interval(d, dt);
     if (d.seconds > 0.0)
       found.push_back({group, d.seconds, from, to});
     else

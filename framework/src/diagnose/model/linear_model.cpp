@@ -114,15 +114,17 @@ void add_command_errors(const std::vector<measured::RoundingError>& rounding_err
   lm.offset = std::move(offset);
 }
 
-/// Mean square of how far each memory is off its steady value along a trace. What was commanded before a trace is not
-/// known, so its first memory may be off by as much as memories are at any time.
-std::vector<double> unsteadiness(const StagedCar& car, const Trace& trace, const std::vector<double>& memory) {
+/// Variances of the first memories. What was commanded before a trace is not known: they may be off their steady values
+/// by as much as memories are along the trace (mean squares), and those of a car that has just started have not built up
+/// at all.
+std::vector<double> first_variances(const StagedCar& car, const Trace& trace, const std::vector<double>& memory) {
   const auto m = static_cast<std::size_t>(car.memory());
   const std::vector<double> steady = measured::steady_memory(car, trace);
-  std::vector<double> mean(m, 0.0);
+  std::vector<double> variance(m, 0.0);
   for (std::size_t i = 0; i < memory.size(); ++i)
-    mean[i % m] += std::pow(memory[i] - steady[i], 2) / static_cast<double>(trace.size());
-  return mean;
+    variance[i % m] += std::pow(memory[i] - steady[i], 2) / static_cast<double>(trace.size());
+  for (std::size_t j = 0; j < m; ++j) variance[j] += steady[j] * steady[j];
+  return variance;
 }
 
 /// Fills the offsets: one-step predictions from the reference less the reference.
@@ -167,7 +169,7 @@ LinearModel linearise(const StagedCar& car, const Trace& trace, const Stepping& 
   lm.noise_time = stepping.noise_time;
   lm.states = channels + m + noise_states;
   lm.memory = simulate_memory(car, trace);
-  lm.memory_variance = unsteadiness(car, trace, lm.memory);
+  lm.memory_variance = first_variances(car, trace, lm.memory);
   if (!trace.log.interpolated.empty())
     for (std::size_t k = 0; k + 1 < lm.n; ++k) lm.interpolated.push_back(trace.log.interpolated_step(k));
   const double fastest = add_transitions(car, trace, along, regressors, lm);

@@ -43,7 +43,7 @@ struct LinearModel {
   std::vector<double> H;                                // n x 6 x 6, or empty for the identity
   std::vector<bool> interpolated;                       // n - 1: a command of the step was not recorded; or empty
   std::vector<double> memory;                           // n x memory, along the reference
-  std::vector<double> memory_variance;                  // memory: of the first sample's, which starts as if steady
+  std::vector<double> memory_variance;                  // memory: of the first sample's, which are taken to be steady
   std::size_t command_errors() const { return rounding_error.empty() ? 0 : Commands{}.size(); }
   std::size_t memories() const { return states - channels - command_errors() - noise_states; }
 };

@@ -141,5 +141,22 @@ TEST(ResidualTests, FindsAPlaceAndItsInterval) {
   EXPECT_NEAR(0.5 * (place.from + place.to), 0.25, 0.075) << "outside the patch";
 }
 
+/// A friction that is named although it fades: what it leaves is between some seconds, in each test that says so.
+TEST(ResidualTests, WhatChangesWithTimeHasAnInterval) {
+  DiagnoseRig rig({"friction_drift"});
+  Problem problem = rig.problem({rig.simulate(rig.with("friction_drift", {-0.4}), {40, 44, 1})});
+  Fit f = fit(problem, rig.with("friction_scale", {-0.1}), rig.noise(problem, 5.0), 8);
+  iterate_reference(problem, rig.road(), f);
+  int over_time = 0;
+  for (const ResidualTest& test : residual_tests(problem, f)) {
+    if (test.where != Where::time || !test.quantity.empty()) continue;
+    ++over_time;
+    EXPECT_LT(test.from, test.to) << "statistic " << test.statistic;
+    EXPECT_GE(test.from, 0.0);
+    EXPECT_LE(test.to, 40.0);
+  }
+  EXPECT_EQ(over_time, 2) << "functions of time, and friction times such";
+}
+
 }  // namespace test_diagnose_adequacy
 }  // namespace gripline::diagnose

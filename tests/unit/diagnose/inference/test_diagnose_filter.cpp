@@ -93,8 +93,9 @@ TEST(Filter, ALagMayBeginUnsettled) {
     const auto scatter = [&] {
       FilterOptions options;
       options.innovations = true;
+      const Likelihood l = filter(lm, at_truth.noise, options);
       double sum = 0.0;
-      for (const Likelihood::Innovation& one : std::span(filter(lm, at_truth.noise, options).innovations).first(first))
+      for (const Likelihood::Innovation& one : std::span(l.innovations).first(first))
         sum += one.error * one.error / one.variance;
       return sum;
     };
