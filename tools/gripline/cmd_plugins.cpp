@@ -68,7 +68,7 @@ void describe(const PluginEntry& entry) {
             << harmless(entry.decl->summary) << '\n';
   std::istringstream equation(equation_of(entry));
   for (std::string line; std::getline(equation, line);) std::cout << "    " << harmless(line) << '\n';
-  if (entry.needs_truth()) std::cout << "  needs the ground truth of the world\n";
+  if (entry.needs_truth()) std::cout << "  needs the truth of the world\n";
   if (*entry.decl->advice != '\0')
     std::cout << "  to distinguish it from similar effects: " << entry.decl->advice << '\n';
   std::cout << "  from " << entry.library.filename().string() << '\n';
