@@ -137,7 +137,7 @@ TEST(Circuits, ASlipperyStretchMetOnceIsDrivenAtItsLimit) {
       "patches": [{"from_s": 9.0, "to_s": 12.57, "factor": 0.7, "from_t": 15}]}})",
                                 "wet", worlds);
   WorldSpec world = world_from(merge(load_json(worlds / "ethz.json"), patch));
-  const StackSpec stack = row("shared/limit_real_time.json", "best", world.car);
+  const StackSpec stack = row("shared/limit_stacks.json", "best", world.car);
   RaceAssembly race(world, stack);
   const RunSummary summary = race.run();
   ASSERT_EQ(summary.status, Status::finished) << summary.message;
