@@ -207,8 +207,15 @@ class Checks {
       refuse("yaw turns against the path: yaw plus the path's angle is always " +
              significant(std::arg(mirrored) * 180 / pi) +
              " deg; a compass counts clockwise (\"formula\": \"pi/2 - rad(heading)\"), or y points to the right");
+    // A car that spins now and then points elsewhere than it goes.
+    constexpr double slides = 0.5, mostly = 0.6;  // [rad]; share of the windows
+    const auto along = std::ranges::count_if(off, [](double angle) { return std::abs(angle) < slides; });
+    if (static_cast<double>(along) > mostly * static_cast<double>(off.size())) return;
     refuse("yaw and the path of x and y do not belong together (spread " + significant(1.0 - std::abs(direct)) +
-           " of 1)");
+           " of 1)" +
+           (widest > 2.5 * pi ? "; yaw goes to " + significant(widest) +
+                                    ": is it in degrees (\"unit\": \"deg\"; in a formula, rad(...))?"
+                              : ""));
   }
 
   void steering() const {

@@ -149,6 +149,32 @@ LogMap pushed_map() {
     "delta": "steer", "d": "d"}})");
 }
 
+/// A car that spins for a third of the log points elsewhere than it goes, and its channels are right.
+TEST(SessionChecks, ACarThatSpinsIsNoWrongYaw) {
+  const auto spinning = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
+                                                           double rate, double delta) {
+    constexpr double begin = 10.0, end = 23.0, spin = 5 * 2 * pi / (end - begin);  // five turns
+    const bool spins = t > begin && t < end;
+    out << t << ',' << x << ',' << y << ',' << yaw + spin * (std::clamp(t, begin, end) - begin) << ',' << 10 << ','
+        << rate + (spins ? spin : 0.0) << ',' << delta << '\n';
+  });
+  EXPECT_EQ(why(spinning, map_of(channels_json(""))), "fine");
+}
+
+/// A compass in degrees from which a formula takes a yaw in radians belongs to no path.
+TEST(SessionChecks, ACompassInDegreesThatWasTakenForRadiansIsAskedFor) {
+  const auto compass = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
+                                                          double rate, double delta) {
+    out << t << ',' << x << ',' << y << ',' << std::fmod(450.0 - yaw * 180.0 / pi, 360.0) << ",10," << rate << ','
+        << delta << '\n';
+  });
+  std::string map = channels_json("");
+  map.replace(map.find("{\"column\": \"psi\"}"), 17, "{\"formula\": \"pi/2 - psi\"}");
+  const std::string rate = "\"yaw_rate\": {\"column\": \"r\"}, ";  // would tell it
+  map.erase(map.find(rate), rate.size());
+  EXPECT_THAT(why(compass, map_of(map)), HasSubstr("is it in degrees"));
+}
+
 TEST(SessionChecks, AThrottleOfTheWrongSignIsRefused) {
   EXPECT_EQ(why(pushed_log(1), pushed_map()), "fine");
   EXPECT_THAT(why(pushed_log(-1), pushed_map()),
