@@ -84,6 +84,12 @@ Knots knots_of(const Problem& problem, Where where) {
   return {static_cast<Index>(count), false, [=](double x) { return std::clamp(x * spacing, 0.0, end); }};
 }
 
+/// What a statistic counts for, by how well commands are known.
+double by_commands(const Problem& problem) {
+  const bool uncertain = problem.hold().halves || problem.unrounded;
+  return uncertain ? thresholds::misfit / thresholds::misfit_uncertain_commands : 1.0;
+}
+
 /// The joint test of all functions of one kind.
 ResidualTest test_kind(const Problem& problem, const Fit& fitted, std::span<const Linearised> along, Where where) {
   const ScoreSystem system =
@@ -95,7 +101,7 @@ ResidualTest test_kind(const Problem& problem, const Fit& fitted, std::span<cons
   test.dof = s.dof;
   const auto dof = static_cast<double>(std::max<std::size_t>(1, s.dof));
   test.statistic = (2.0 * s.gain - dof) / std::sqrt(2.0 * dof);
-  if (problem.hold().halves) test.statistic *= thresholds::misfit / thresholds::misfit_commands_left_out;
+  test.statistic *= by_commands(problem);
   if (where == Where::position || where == Where::time) locate(s, knots_of(problem, where), test);
   return test;
 }
@@ -182,6 +188,7 @@ std::vector<ResidualTest> residual_tests(const Problem& problem, const Fit& fitt
   const ResidualTest over_time = tests[1];
   tests.push_back(test_uneven_noise(problem, fitted, along, strongest(tests)));
   tests.push_back(test_spectral_line(problem, fitted, along));
+  tests.back().statistic *= by_commands(problem);
   add_focused(predicted, fitted, driven, tests);
   for (ResidualTest& test : constancy(problem, fitted, along)) {
     // An effect that changes with time has no interval of its own: its errors are largest where those of all are.

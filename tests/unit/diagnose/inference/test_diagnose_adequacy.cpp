@@ -141,6 +141,27 @@ TEST(ResidualTests, FindsAPlaceAndItsInterval) {
   EXPECT_NEAR(0.5 * (place.from + place.to), 0.25, 0.075) << "outside the patch";
 }
 
+/// Rounded commands that are expected values, and held ones of which the log left some out, are no normal noise: a joint
+/// test beside them counts half.
+TEST(ResidualTests, CountHalfWhereCommandsAreUncertain) {
+  const DiagnoseRig rig;
+  const ModelSpec bare = rig.catalogue().null_model();
+  const Log log = DiagnoseRig::rounded(rig.simulate(bare, {.seconds = 20, .seed = 45, .unsteady = 1}), 0.01);
+  const auto share = [&](Problem problem) {
+    Fit f = fit(problem, bare, rig.noise(problem, 5.0), 4);
+    const ResidualTest in_place = residual_tests(problem, f).front();
+    const auto dof = static_cast<double>(in_place.dof);
+    return in_place.statistic * std::sqrt(2.0 * dof) / (2.0 * in_place.gain - dof);
+  };
+  Problem as_written = rig.problem({log}), expected = as_written, left_out = as_written;
+  expected.command_step = {0.0, 0.01};
+  expected.unround_commands();
+  left_out.hold_commands({.halves = true});
+  EXPECT_NEAR(share(as_written), 1.0, 1e-9);
+  EXPECT_NEAR(share(expected), 0.5, 1e-9);
+  EXPECT_NEAR(share(left_out), 0.5, 1e-9);
+}
+
 /// A friction that is named although it fades: what it leaves is between some seconds, in each test that says so.
 TEST(ResidualTests, WhatChangesWithTimeHasAnInterval) {
   DiagnoseRig rig({"friction_drift"});
