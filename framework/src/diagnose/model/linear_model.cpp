@@ -58,7 +58,7 @@ void add_commands(const StagedCar& car, const Trace& trace, LinearModel& lm) {
   const std::size_t N = lm.states, m = lm.memories();
   const auto by = measured::rates_by_command(car, trace, lm.memory);
   lm.by_command.assign((lm.n - 1) * 2 * N, 0.0);
-  lm.command_variation = measured::command_unrest(trace.log);
+  lm.command_variation = measured::command_variation(trace.log);
   for (std::size_t k = 0; k + 1 < lm.n; ++k) {
     const double* const F = lm.F.data() + k * N * N;
     const double *const in0 = lm.input0.data() + k * N * 3, *const in1 = lm.input1.data() + k * N * 3;

@@ -141,7 +141,7 @@ constexpr double jump = 7.0, of_jump = 3.0;
 
 }  // namespace
 
-std::vector<Commands> command_unrest(const Log& log) {
+std::vector<Commands> command_variation(const Log& log) {
   const auto move = [&](std::size_t k, std::size_t i) {
     const CommandSample<double>&a = log.command[k], &b = log.command[k + 1];
     return i == 0 ? b.d - a.d : b.delta - a.delta;
