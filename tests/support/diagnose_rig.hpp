@@ -58,13 +58,13 @@ class DiagnoseRig {
   struct Drive {
     double seconds = 20;
     std::uint64_t seed = 1;
-    double noise = 1;                                // factor on the world's sensor noise
-    double steer = 1;                                // factor on the steering
-    double braking = 0;                              // how far the pedal swings beyond the usual, into the brakes
-    std::array<double, 3> rough{};                   // process noise of framework/doc/diagnose-cases.md, times these
-    double noise_time = diagnose::usual_noise_time;  // its correlation time [s]
-    measured::Channels colour{};                     // lag-one correlation of the sensors' noise
-    double unsteady = 0;                             // of hands and feet: steps of 0.01 rad and 0.06, fading in 0.16 s
+    double noise = 1;                                  // factor on the world's sensor noise
+    double steer = 1;                                  // factor on the steering
+    double braking = 0;                                // how far the pedal swings beyond the usual, into the brakes
+    std::array<double, 3> rough{};                     // process noise of framework/doc/diagnose-cases.md, times these
+    double noise_time = diagnose::default_noise_time;  // its correlation time [s]
+    measured::Channels colour{};                       // lag-one correlation of the sensors' noise
+    double unsteady = 0;    // of hands and feet: steps of 0.01 rad and 0.06, fading in 0.16 s
     double jumps = 0;       // of hands and feet: of 0.08 rad and 0.5, fading so too; share of samples that have one
     bool held = false;      // commands act until the next
     double steer_step = 0;  // [rad] the car is given rounded steering

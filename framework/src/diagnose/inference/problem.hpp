@@ -17,7 +17,7 @@ struct Problem {
   std::array<double, noise_states> process_unit{};  // usual size of unknown accelerations [m/s2, m/s2, rad/s2]
   int substeps = 2;                                 // of integration, per sample
   Channels colour{};                                // of the readings' noise, see Noise::colour
-  double noise_time = usual_noise_time;             // correlation time of unknown accelerations [s]
+  double noise_time = default_noise_time;           // correlation time of unknown accelerations [s]
   UnknownCommands command;                          // between samples, see Noise::command
   Commands bend{};                                  // of the commands of all traces, see measured::bend_commands
   double hold_time = 0.0;   // [s] for which the world holds each command, where the log left some of them out; else 0
