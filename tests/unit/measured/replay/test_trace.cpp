@@ -92,7 +92,7 @@ TEST(Log, CommandsAreLinearBetweenSamples) {
 }
 
 /// Nothing can have been left out where a command rests; a jump counts by its size and as it begins and ends.
-TEST(Log, UnrestIsWhereCommandsMove) {
+TEST(Log, VariationIsWhereCommandsMove) {
   Log log = quadratic(6);
   log.command = {{0.5, 0.0}, {0.5, 0.1}, {0.5, 0.2}, {0.5, 0.3}, {0.9, 0.4}, {0.9, 0.5}};
   const std::vector<Commands> variation = command_variation(log);
