@@ -153,9 +153,9 @@ inline constexpr double interval_ratio = 3.0;
 
 // ---- Process noise
 
-/// Usual size of unknown accelerations [m/s2]; of yaw that over the wheelbase [rad/s2]. From the process noise of
+/// Typical size of unknown accelerations [m/s2]; of yaw that over the wheelbase [rad/s2]. From the process noise of
 /// framework/doc/diagnose-cases.md. All ratios below are in this unit.
-inline constexpr double usual_acceleration = 0.1;
+inline constexpr double typical_acceleration = 0.1;
 /// Ratio that the first fit starts from.
 inline constexpr double start_process_noise = 5.0;
 /// Ratio to which process noise counts as zero: smaller ones move no reading.

@@ -197,9 +197,9 @@ int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces) {
       fastest.push_back(one * trace.log.dt);
     });
   if (fastest.empty()) return 2;
-  const double usual = upper_median(std::move(fastest));
+  const double typical = upper_median(std::move(fastest));
   return static_cast<int>(
-      std::clamp(std::ceil(usual / thresholds::longest_integration_step), 1.0, thresholds::most_substeps));
+      std::clamp(std::ceil(typical / thresholds::longest_integration_step), 1.0, thresholds::most_substeps));
 }
 
 }  // namespace gripline::diagnose

@@ -71,7 +71,7 @@ TEST(ChannelDelays, NoChannelIsLateWhereAllAreOrNone) {
 }
 
 /// Noise that is correlated from sample to sample moves the best correlation of two channels about. Eight blocks of a
-/// log show how far less surely than many would.
+/// log show how far less significantly than many would.
 TEST(ChannelDelays, CorrelatedNoiseIsNoDelay) {
   const DiagnoseRig rig;
   measured::Channels colour;
