@@ -9,7 +9,7 @@
 #include "measured/estimates/timing_slip.hpp"
 #include "measured/readings/held_readings.hpp"
 #include "measured/session/centre_of_gravity.hpp"
-#include "measured/session/session_doubts.hpp"
+#include "measured/session/session_warnings.hpp"
 #include "measured/session/session_windows.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -142,7 +142,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
   const Session moving = while_moving(s);
   jumps(file, moving, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
-  for (Finding& finding : doubts_about(file)) out.push_back(std::move(finding));
+  for (Finding& finding : consistency_warnings(file)) out.push_back(std::move(finding));
   const Session own = at_centre_of_gravity(file);
   if (const auto slip = timing_slip(own, file.row_step))
     out.push_back({Level::bad, "position",
