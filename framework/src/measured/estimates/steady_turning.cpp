@@ -115,8 +115,8 @@ Eigen::Vector3d solution_of(const std::vector<Equation>& all) {
   return information_of(all).ldlt().solve(right);
 }
 
-/// Leaves out equations that are off by more than four times the usual, the median over 0.6745. A milliradian is never
-/// far: on straights without noise the usual is nothing.
+/// Leaves out equations that are off by more than four standard deviations, each the median over 0.6745. A milliradian
+/// is never far: on straights without noise the deviation is nothing.
 void leave_out_far(std::vector<Equation>& all, const Eigen::Vector3d& solution) {
   constexpr double most = 4.0 / 0.6745, near = 1e-3;
   std::vector<double> off;

@@ -85,15 +85,15 @@ Values second_differences(const Session& s, std::size_t c, double row_step) {
   return second;
 }
 
-/// Jumps of all rows, by what is usual while the car moves.
+/// Jumps of all rows, by the median change while the car moves.
 void jumps(const SessionFile& file, const Session& moving, std::vector<Finding>& out) {
   for (std::size_t c = 0; c < channels; ++c) {
     const Values second = second_differences(file.session, c, file.row_step),
                  in_motion = second_differences(moving, c, file.row_step);
     if (in_motion.size() < 100) continue;
-    const double usual = median(in_motion);
-    const auto far = std::count_if(second.begin(), second.end(), [&](double d) { return d > 60.0 * usual; });
-    if (usual > 0.0 && far > 0)
+    const double typical = median(in_motion);
+    const auto far = std::count_if(second.begin(), second.end(), [&](double d) { return d > 60.0 * typical; });
+    if (typical > 0.0 && far > 0)
       out.push_back({Level::note, channel_info[c].name,
                      std::to_string(far) + " jumps of more than 60 times its usual change in motion",
                      "kept; the fit gives them little weight"});

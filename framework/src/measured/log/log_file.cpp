@@ -162,7 +162,7 @@ RawLog raw_of(const Session& session) {
 }  // namespace
 
 LogFile on_even_grid(const Session& session, double v_ref) {
-  const double dt = usual_step(session.t);
+  const double dt = sampling_interval(session.t);
   LogFile log;
   log.name = session.name;
   RawLog raw = raw_of(session);

@@ -30,7 +30,7 @@ double inconsistent_speed_ratio(const std::vector<SessionWindow>& windows) {
       const double turn = std::isnan(w.turn) ? w.rate * w.seconds : w.turn;
       return std::abs(turn) < farthest || std::isnan(turn);
     };
-    return usual_ratio(
+    return median_ratio(
         some,
         [&](const SessionWindow& w) {
           return straight(w) ? std::copysign(std::hypot(w.speed, std::isnan(w.side) ? 0.0 : w.side), w.speed) : NAN;
