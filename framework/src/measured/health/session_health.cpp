@@ -41,7 +41,7 @@ void rate_and_gaps(const SessionFile& file, std::vector<Finding>& out) {
   const double length = s.t.back() - s.t.front();
   if (length < 20.0)
     out.push_back(
-        {Level::note, "length", significant(length) + " s", "little to tell parameters apart; 60 s are good"});
+        {Level::note, "length", significant(length) + " s", "little data to identify parameters; 60 s are good"});
 }
 
 void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
@@ -95,7 +95,7 @@ void jumps(const SessionFile& file, const Session& moving, std::vector<Finding>&
     const auto far = std::count_if(second.begin(), second.end(), [&](double d) { return d > 60.0 * typical; });
     if (typical > 0.0 && far > 0)
       out.push_back({Level::note, channel_info[c].name,
-                     std::to_string(far) + " jumps of more than 60 times its usual change in motion",
+                     std::to_string(far) + " jumps of more than 60 times its median change in motion",
                      "kept; the fit gives them little weight"});
   }
 }
@@ -105,7 +105,7 @@ void add_noise(const Noise& noise, std::size_t channel, std::vector<Finding>& ou
   const std::string check = std::string("noise of ") + channel_info[channel].name;
   const std::string colour = "lag-one correlation " + significant(noise.colour, 2);
   if (noise.sigma == 0.0 || noise.colour > most_telling)
-    out.push_back({Level::good, check, "none that could be told from motion, " + colour,
+    out.push_back({Level::good, check, "none separable from motion, " + colour,
                    "simulated, filtered or interpolated at its source"});
   else
     out.push_back({Level::good, check, significant(noise.sigma) + " " + channel_info[channel].unit + ", " + colour,
