@@ -58,13 +58,13 @@ class DiagnoseRig {
   struct Drive {
     double seconds = 20;
     std::uint64_t seed = 1;
-    double noise = 1;                                // factor on the world's sensor noise
-    double steer = 1;                                // factor on the steering
-    double braking = 0;                              // how far the pedal swings beyond the usual, into the brakes
-    std::array<double, 3> rough{};                   // process noise of framework/doc/diagnose-cases.md, times these
-    double noise_time = diagnose::usual_noise_time;  // its correlation time [s]
-    measured::Channels colour{};                     // lag-one correlation of the sensors' noise
-    double unsteady = 0;                             // of hands and feet: steps of 0.01 rad and 0.06, fading in 0.16 s
+    double noise = 1;                                  // factor on the world's sensor noise
+    double steer = 1;                                  // factor on the steering
+    double braking = 0;                                // how far the pedal swings beyond the usual, into the brakes
+    std::array<double, 3> rough{};                     // process noise of framework/doc/diagnose-cases.md, times these
+    double noise_time = diagnose::default_noise_time;  // its correlation time [s]
+    measured::Channels colour{};                       // lag-one correlation of the sensors' noise
+    double unsteady = 0;    // of hands and feet: steps of 0.01 rad and 0.06, fading in 0.16 s
     double jumps = 0;       // of hands and feet: of 0.08 rad and 0.5, fading so too; share of samples that have one
     bool held = false;      // commands act until the next
     double steer_step = 0;  // [rad] the car is given rounded steering
@@ -108,7 +108,7 @@ class DiagnoseRig {
     batch.history = &history;
     if (!memory.empty()) car.start_memory(batch, memory.data());
     measured::LogStepper stepping(car, log, 16);
-    constexpr std::array<double, 3> usual = {0.1, 0.1, 0.8};  // [m/s2, m/s2, rad/s2]
+    constexpr std::array<double, 3> typical = {0.1, 0.1, 0.8};  // [m/s2, m/s2, rad/s2]
     std::array<double, 3> road{};
     measured::Channels error{};  // of the sensors, in standard deviations
     const double keeps = std::exp(-log.dt / drive.noise_time);
@@ -126,7 +126,7 @@ class DiagnoseRig {
                             x[1] + log.dt * x[3] * std::sin(x[2]), x[2], hint);
       stepping.advance({&k, 1}, {&at, 1}, {&next, 1}, x.data(), memory.data());
       for (std::size_t c = 0; c < 3 && drive.rough != std::array<double, 3>{}; ++c) {
-        road[c] = keeps * road[c] + std::sqrt(1.0 - keeps * keeps) * drive.rough[c] * usual[c] * normal(random);
+        road[c] = keeps * road[c] + std::sqrt(1.0 - keeps * keeps) * drive.rough[c] * typical[c] * normal(random);
         x[3 + c] += log.dt * road[c];
       }
       at = road_.at(static_cast<double>(k + 1) * log.dt, x[0], x[1], x[2], hint);

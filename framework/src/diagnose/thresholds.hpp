@@ -153,9 +153,9 @@ inline constexpr double interval_ratio = 3.0;
 
 // ---- Process noise
 
-/// Usual size of unknown accelerations [m/s2]; of yaw that over the wheelbase [rad/s2]. From the process noise of
+/// Typical size of unknown accelerations [m/s2]; of yaw that over the wheelbase [rad/s2]. From the process noise of
 /// framework/doc/diagnose-cases.md. All ratios below are in this unit.
-inline constexpr double usual_acceleration = 0.1;
+inline constexpr double typical_acceleration = 0.1;
 /// Ratio that the first fit starts from.
 inline constexpr double start_process_noise = 5.0;
 /// Ratio to which process noise counts as zero: smaller ones move no reading.
@@ -220,9 +220,9 @@ inline constexpr double noise_converged = 0.3;
 
 // ---- Delays of channels
 
-/// Samples that a channel must at least be late, and significantly (the near end of its interval). Larger: shorter
+/// Samples that a channel must at least be late by its estimate, and by the near end of its interval. Larger: shorter
 /// delays pass for effects of the car; smaller: noise passes for a delay.
-inline constexpr double least_delay = 1.0, surely_late = 0.5;
+inline constexpr double least_delay = 1.0, least_delay_bound = 0.5;
 /// Samples by which a delay of place or yaw that was taken off may at least still be wrong (a standard deviation; twice
 /// it at most). Smaller: what is left of it passes for something unknown; larger: effects that move readings along the
 /// way hide in it.

@@ -125,10 +125,10 @@ std::vector<LeftOver> left_over(const Catalogue& catalogue, const Fit& fit) {
   return out;
 }
 
-bool is_sure(const measured::PairDelay& d, double dt) {
+bool is_significant(const measured::PairDelay& d, double dt) {
   const auto [low, high] = interval(d, thresholds::false_delay);
   const double least = std::min(std::abs(low), std::abs(high));
-  return low * high > 0.0 && least > thresholds::surely_late * dt &&
+  return low * high > 0.0 && least > thresholds::least_delay_bound * dt &&
          std::abs(d.seconds) >= thresholds::least_delay * dt;
 }
 
@@ -140,7 +140,7 @@ std::vector<measured::PairDelay> delays_between(const measured::Session& session
     return std::ranges::find_if(delays, [channel](const auto& d) { return d.of_clock && d.channel == channel; });
   };
   const auto rate = of("yaw_rate");
-  const bool late = rate != delays.end() && rate->seconds < 0.0 && is_sure(*rate, dt);
+  const bool late = rate != delays.end() && rate->seconds < 0.0 && is_significant(*rate, dt);
   const auto finer = measured::displacement_delay(session, late ? -rate->seconds : 0.0);
   const auto speeds = of("velocity");
   if (!finer) return delays;
@@ -158,11 +158,11 @@ std::string ChannelDelay::name() const { return measured::delay_names[group]; }
 std::string ChannelDelay::words() const { return words_of(group); }
 std::string ChannelDelay::against() const { return words_of(partner[group]); }
 
-std::vector<ChannelDelay> sure_delays(std::span<const LogFile> logs, SpeedsBy speeds) {
+std::vector<ChannelDelay> significant_delays(std::span<const LogFile> logs, SpeedsBy speeds) {
   std::vector<ChannelDelay> found;
   const double dt = longest_step(logs);
   for (const measured::PairDelay& d : delays_between(session_of(logs), dt, speeds)) {
-    if (!d.of_clock || !is_sure(d, dt)) continue;
+    if (!d.of_clock || !is_significant(d, dt)) continue;
     const auto name = std::ranges::find(measured::delay_names, std::string_view(d.channel));
     const auto group = static_cast<std::size_t>(name - measured::delay_names.begin());
     const auto [from, to] = stated_interval(d, dt);

@@ -31,7 +31,7 @@ struct ChannelDelay {
 /// (measured::pairwise_delays), those that are longer than a sample, and significantly (thresholds::false_delay) longer
 /// than half of one. As no sensor shows what has not happened yet, that of the two which comes after the other is the
 /// late one. The logs are taken as from one recorder.
-std::vector<ChannelDelay> sure_delays(std::span<const LogFile> logs, SpeedsBy speeds);
+std::vector<ChannelDelay> significant_delays(std::span<const LogFile> logs, SpeedsBy speeds);
 
 /// What delays of place and yaw may still be wrong by is open in every model from now on: a pose is so precise that a
 /// tenth of a sample shows. Of them whole samples are to be taken off, where all logs have the same: what lies between

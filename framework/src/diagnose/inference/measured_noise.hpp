@@ -8,10 +8,10 @@ namespace gripline::diagnose {
 /// Noise of the readings and of the motion, as Problem and Fit hold it.
 struct MeasuredNoise {
   Noise noise;
-  double noise_time = usual_noise_time;  // [s]
-  Commands bend{};                       // of commands between samples, see measured::bend_commands
-  ModelSpec model;                       // the fitted one; where bends are new, its effects' sizes beside them
-  double gain = 0;                       // log likelihood over the noise that the measurement began from
+  double noise_time = default_noise_time;  // [s]
+  Commands bend{};                         // of commands between samples, see measured::bend_commands
+  ModelSpec model;                         // the fitted one; where bends are new, its effects' sizes beside them
+  double gain = 0;                         // log likelihood over the noise that the measurement began from
 };
 
 /// Chooses between noise measured with all unknowns and with fewer: `fewer` where it explains significantly more

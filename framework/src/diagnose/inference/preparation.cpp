@@ -88,7 +88,7 @@ Commands steps_that_count(const Problem& problem) {
   Commands steps = measured::command_steps(logs);
   if (steps == Commands{}) return steps;
   const StagedCar car = problem.catalogue->build(problem.catalogue->null_model());
-  Commands largest{};  // acceleration by a unit of each, over the usual one
+  Commands largest{};  // acceleration by a unit of each, over the typical one
   for (const Trace& trace : problem.traces) {
     const auto by = measured::rates_by_command(car, trace, simulate_memory(car, trace));
     for (std::size_t i = 0; i < by.size(); ++i)
@@ -110,8 +110,8 @@ Prepared prepare(const Catalogue& catalogue, const Road& road, std::span<const m
   Problem& problem = out.problem;
   problem.catalogue = &catalogue;
   const Car& car = catalogue.car();
-  constexpr double usual = thresholds::usual_acceleration;
-  problem.process_unit = {usual, usual, usual / (car.lf + car.lr)};
+  constexpr double typical = thresholds::typical_acceleration;
+  problem.process_unit = {typical, typical, typical / (car.lf + car.lr)};
   std::vector<Log> stretches;
   for (const measured::LogFile& log : logs) {
     stretches.insert(stretches.end(), log.stretches.begin(), log.stretches.end());

@@ -14,10 +14,10 @@ struct Problem {
   const Catalogue* catalogue = nullptr;
   std::vector<Trace> traces;
   Channels sensor{};                                // standard deviations of the readings
-  std::array<double, noise_states> process_unit{};  // usual size of unknown accelerations [m/s2, m/s2, rad/s2]
+  std::array<double, noise_states> process_unit{};  // typical size of unknown accelerations [m/s2, m/s2, rad/s2]
   int substeps = 2;                                 // of integration, per sample
   Channels colour{};                                // of the readings' noise, see Noise::colour
-  double noise_time = usual_noise_time;             // correlation time of unknown accelerations [s]
+  double noise_time = default_noise_time;           // correlation time of unknown accelerations [s]
   UnknownCommands command;                          // between samples, see Noise::command
   Commands bend{};                                  // of the commands of all traces, see measured::bend_commands
   double hold_time = 0.0;   // [s] for which the world holds each command, where the log left some of them out; else 0
@@ -49,7 +49,7 @@ struct Problem {
   void unround_commands();
 };
 
-/// Standard deviations of the unknown accelerations over their usual size.
+/// Standard deviations of the unknown accelerations over their typical size.
 std::array<double, noise_states> process_noise_ratio(const Problem& problem, const Noise& noise);
 /// Whether all three accelerations are random (a rough road). A deficient model shows as noise in one or two of them.
 bool has_strong_process_noise(const Problem& problem, const Noise& noise);

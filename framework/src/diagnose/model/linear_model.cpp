@@ -58,7 +58,7 @@ void add_commands(const StagedCar& car, const Trace& trace, LinearModel& lm) {
   const std::size_t N = lm.states, m = lm.memories();
   const auto by = measured::rates_by_command(car, trace, lm.memory);
   lm.by_command.assign((lm.n - 1) * 2 * N, 0.0);
-  lm.command_variation = measured::command_unrest(trace.log);
+  lm.command_variation = measured::command_variation(trace.log);
   for (std::size_t k = 0; k + 1 < lm.n; ++k) {
     const double* const F = lm.F.data() + k * N * N;
     const double *const in0 = lm.input0.data() + k * N * 3, *const in1 = lm.input1.data() + k * N * 3;
@@ -197,9 +197,9 @@ int substeps_of_motion(const StagedCar& car, std::span<const Trace> traces) {
       fastest.push_back(one * trace.log.dt);
     });
   if (fastest.empty()) return 2;
-  const double usual = upper_median(std::move(fastest));
+  const double typical = upper_median(std::move(fastest));
   return static_cast<int>(
-      std::clamp(std::ceil(usual / thresholds::longest_integration_step), 1.0, thresholds::most_substeps));
+      std::clamp(std::ceil(typical / thresholds::longest_integration_step), 1.0, thresholds::most_substeps));
 }
 
 }  // namespace gripline::diagnose

@@ -30,12 +30,12 @@ struct LinearModel {
   std::size_t n = 0;       // samples
   std::size_t states = 0;  // 6 + memory + errors of commands + 3
   double dt = 0;
-  int substeps = 0;                      // of each step of integration
-  double noise_time = usual_noise_time;  // correlation time of the unknown accelerations [s]
-  std::vector<double> F;                 // (n-1) x states x states
-  std::vector<double> input0;            // (n-1) x states x 3: what a rate at sample k, fading to k + 1, adds to z[k+1]
-  std::vector<double> input1;            // the same for a rate at sample k + 1
-  std::vector<double> by_command;        // (n-1) x 2 x states: of a unit of each command half-way; or empty
+  int substeps = 0;                        // of each step of integration
+  double noise_time = default_noise_time;  // correlation time of the unknown accelerations [s]
+  std::vector<double> F;                   // (n-1) x states x states
+  std::vector<double> input0;      // (n-1) x states x 3: what a rate at sample k, fading to k + 1, adds to z[k+1]
+  std::vector<double> input1;      // the same for a rate at sample k + 1
+  std::vector<double> by_command;  // (n-1) x 2 x states: of a unit of each command half-way; or empty
   std::vector<Commands> command_variation;              // n - 1: how far commands may leave a line in a step; or empty
   std::vector<measured::RoundingError> rounding_error;  // n: of the commands; or empty
   std::vector<double> offset;                           // (n-1) x (states - 3): f

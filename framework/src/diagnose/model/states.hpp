@@ -21,11 +21,11 @@ inline constexpr std::size_t max_memory = 4;    // hidden states of all effects 
 inline constexpr std::size_t noise_states = 3;  // unknown accelerations along vx, vy, omega
 
 /// Correlation time [s] of the unknown accelerations, which are Ornstein-Uhlenbeck processes, until it is measured.
-inline constexpr double usual_noise_time = 0.25;
+inline constexpr double default_noise_time = 0.25;
 
 /// How a model is brought from sample to sample.
 struct Stepping {
-  Stepping(int steps, double correlation_time = usual_noise_time, bool unknown_commands = false)
+  Stepping(int steps, double correlation_time = default_noise_time, bool unknown_commands = false)
       : substeps(steps), noise_time(correlation_time), commands(unknown_commands) {}
   int substeps;       // of integration, per sample
   double noise_time;  // correlation time of the unknown accelerations [s]

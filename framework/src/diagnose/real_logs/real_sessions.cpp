@@ -30,10 +30,10 @@ void drop_repeated(std::list<SessionFile>& all, const PrintLine& print) {
     }
 }
 
-/// Of a log that is compared together with others: what its pose tells no delay of is as if it had not been read.
-void forget_untold(measured::LogFile& log, const SessionFile& file) {
+/// Of a log that is compared together with others: channels whose delay its pose does not identify are as if not read.
+void forget_unidentified(measured::LogFile& log, const SessionFile& file) {
   for (std::size_t c = 0; c < measured::channels; ++c) {
-    if (measured::pose_tells_delay(file, measured::delay_group[c])) continue;
+    if (measured::pose_identifies_delay(file, measured::delay_group[c])) continue;
     for (measured::Log& stretch : log.stretches)
       for (std::size_t i = 0; i < stretch.size(); ++i) stretch.reading[i * measured::channels + c] = not_a_number;
   }
@@ -60,16 +60,16 @@ void use_once(std::list<SessionFile>& files, std::list<SessionFile>& held_out, c
                          " that is fitted; expected a log that is not");
 }
 
-std::vector<ChannelDelay> sure_delays_beyond_map(const std::list<SessionFile>& files, const measured::LogMap& map,
-                                                 double v_ref) {
+std::vector<ChannelDelay> significant_delays_beyond_map(const std::list<SessionFile>& files,
+                                                        const measured::LogMap& map, double v_ref) {
   std::array<double, measured::delay_groups> stated{};
   for (std::size_t g = 0; g < stated.size(); ++g) stated[g] = map.delay(g).value_or(0.0);
   std::vector<measured::LogFile> logs;
   for (const SessionFile& file : files) {
     logs.push_back(measured::on_even_grid(measured::at_centre_of_gravity(file, stated), v_ref));
-    forget_untold(logs.back(), file);
+    forget_unidentified(logs.back(), file);
   }
-  return sure_delays(logs, SpeedsBy::accelerations);
+  return significant_delays(logs, SpeedsBy::accelerations);
 }
 
 measured::LogMap with_found(measured::LogMap map, std::span<const ChannelDelay> delays) {

@@ -24,11 +24,11 @@ std::list<measured::SessionFile> read_sessions(const std::vector<std::string>& f
 void use_once(std::list<measured::SessionFile>& files, std::list<measured::SessionFile>& held_out,
               const PrintLine& print);
 
-/// Groups that are significantly later than `map` states (sure_delays of the logs on their even grid, without the
-/// delays that it states), and by how much. Channels that no log has are not compared, nor those whose delay the pose
-/// does not tell (measured::pose_tells_delay). `v_ref`: typical speed of the car [m/s].
-std::vector<ChannelDelay> sure_delays_beyond_map(const std::list<measured::SessionFile>& files,
-                                                 const measured::LogMap& map, double v_ref);
+/// Groups that are significantly later than `map` states (significant_delays of the logs on their even grid, without
+/// the delays that it states), and by how much. Channels that no log has are not compared, nor those whose delay the
+/// pose does not identify (measured::pose_identifies_delay). `v_ref`: typical speed of the car [m/s].
+std::vector<ChannelDelay> significant_delays_beyond_map(const std::list<measured::SessionFile>& files,
+                                                        const measured::LogMap& map, double v_ref);
 
 /// A map that leaves the delays of the channels that are later than it states to be fitted, from where they were found;
 /// where yaw is late, also those of place and speed, which one receiver may give with it.

@@ -6,16 +6,16 @@
 
 namespace gripline::diagnose {
 
-/// What data not fitted say: the gap closes, it stays open, or they cannot tell and the fitted data are asked.
-enum class Closing { closes, stays_open, ask_fitted };
+/// What data not fitted say: the gap closes, it remains open, or they are inconclusive and the fitted data decide.
+enum class Closing { closes, remains_open, inconclusive };
 
 /// `evidence`: log evidence of what is named over the bare model. `noisy`: noise moves the car between samples (a rough
 /// road, commands that are not known there), or delays were taken off that are not known exactly; then the gap must
-/// close by more than chance, and effects smaller than such noise are only open where predictions get surely worse with
-/// them. With ample evidence, what rests during the laps held out may be asked for on the fitted ones.
+/// close by more than chance, and effects smaller than such noise are only open where predictions get significantly
+/// worse with them. With ample evidence, what rests during the laps held out is inconclusive.
 Closing closing(const Gap& gap, double evidence, bool noisy);
 
 /// Whether predictions of fitted data say that the gap closes.
-bool closes_fitted(const ErrorChange& change, bool noisy);
+bool closes_on_training(const ErrorChange& change, bool noisy);
 
 }  // namespace gripline::diagnose

@@ -95,7 +95,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
                          const ProgressCallback& progress) {
   check_held_out(given, given_held_out);
   const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
-  std::vector<ChannelDelay> delays = sure_delays(logs, SpeedsBy::displacements_too);
+  std::vector<ChannelDelay> delays = significant_delays(logs, SpeedsBy::displacements_too);
   keep_open(delays, logs, catalogue_);
   if (delays.empty()) return with_sentence(assemble(search(logs, held_out, false, progress), {}));
   const auto search_on_time = [&] {

@@ -82,19 +82,20 @@ Judgement Judge::without_harmful(Judgement judged) const {
   }
 }
 
-/// Whether what was found closes some of the gap on the laps held out or, where these cannot tell, on the others.
+/// Whether what was found closes some of the gap on the laps held out or, where these are inconclusive, on the others.
 /// Refitted parameters count with it: they take up most of an effect, and what predictions show of the rest is less
 /// sure than its evidence. That it does no harm beside them is asked before (without_harmful).
 bool Judge::closes(const Judgement& judged) const {
   if (judged.named.empty()) return true;
   const bool noisy = has_strong_process_noise(problem_, judged.fit.noise) || problem_.command != UnknownCommands{};
-  const Closing answer = hold_out_.empty() ? Closing::ask_fitted
+  const Closing answer = hold_out_.empty() ? Closing::inconclusive
                                            : closing(judged.gap, judged.fit.evidence - null_model_.evidence,
                                                      noisy || options_.delays_taken_off);
-  if (answer != Closing::ask_fitted) return answer == Closing::closes;
+  if (answer != Closing::inconclusive) return answer == Closing::closes;
   // What delays that were taken off are wrong by shows in all data alike, as a small effect.
   if (options_.delays_taken_off && !hold_out_.empty()) return false;
-  return closes_fitted(compare(hold_out_.predict_training(judged.fit), hold_out_.predict_training(null_model_)), noisy);
+  return closes_on_training(compare(hold_out_.predict_training(judged.fit), hold_out_.predict_training(null_model_)),
+                            noisy);
 }
 
 /// Whether a result that closes some of the gap predicts hold-out data well enough to be kept.

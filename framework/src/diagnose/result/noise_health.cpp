@@ -47,7 +47,7 @@ std::vector<Finding> with_noise(const Problem& problem, const Noise& noise, std:
   const auto size = [&](std::size_t i) { return std::sqrt(noise.process[i]); };
   const std::string text = format("%.3g m/s2 along, %.3g m/s2 across, %.3g rad/s2 in yaw, correlation time %.2g s",
                                   size(0), size(1), size(2), problem.noise_time);
-  health.push_back({problem.noise_time == usual_noise_time ? Finding::Level::good : Finding::Level::note,
+  health.push_back({problem.noise_time == default_noise_time ? Finding::Level::good : Finding::Level::note,
                     "unknown accelerations", text, "measured with the model"});
   return health;
 }

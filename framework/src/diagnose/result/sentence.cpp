@@ -86,7 +86,7 @@ std::string effect_on_predictions(const Diagnosis& d) {
   errors += with;
   if (!gap.change.measured())
     return "the 1 s prediction error on data not fitted is " + errors + ", of too little data for an interval";
-  return "the fitted data show it, 1 s predictions of data not fitted do not surely change (" + errors + ")";
+  return "the fitted data show it, 1 s predictions of data not fitted do not change significantly (" + errors + ")";
 }
 
 /// The error that refitting and taking delays off had to begin with.
@@ -100,7 +100,7 @@ std::string nominal_text(const Diagnosis& d) {
   return text;
 }
 
-/// The named effects, what they do, and how sure that is.
+/// The named effects, what they do, and with what confidence.
 std::string found_text(const Diagnosis& d) {
   double least = 1.0;
   for (const NamedEffect& n : d.named) least = std::min(least, n.confidence);

@@ -63,7 +63,7 @@ Answer read_answer(const fs::path& file) {
     if (reader.find("process_noise") != nullptr) {
       a.condition = "process_noise";
       ObjectReader noise = reader.object("process_noise");
-      if (noise.has("tau_s") && noise.number("tau_s", "s", NumberRange::positive()) != usual_noise_time)
+      if (noise.has("tau_s") && noise.number("tau_s", "s", NumberRange::positive()) != default_noise_time)
         a.condition = "process_time";
       (void)noise.members();
     }

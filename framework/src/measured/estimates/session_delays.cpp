@@ -20,14 +20,14 @@ namespace {
 
 using Values = std::vector<double>;
 
-/// The usual time from one row to the next [s].
+/// The median time from one row to the next [s].
 double median_step(const Session& s) {
   Values steps;
   for (std::size_t i = 1; i < s.rows(); ++i) steps.push_back(s.t[i] - s.t[i - 1]);
   return median(std::move(steps));
 }
 
-/// The usual time from one reading of a channel to the next [s]; 0 where there are not two.
+/// The median time from one reading of a channel to the next [s]; 0 where there are not two.
 double median_step(const Session& s, std::size_t channel) {
   Values steps;
   std::size_t last = s.rows();
@@ -131,7 +131,7 @@ Values mean_around(const Values& y, double dt, double seconds) {
   return out;
 }
 
-/// Jumps become as large as what is usual.
+/// Jumps become as large as what is typical.
 void clip(Values& y) {
   Values sizes;
   for (const double v : y)
@@ -330,13 +330,13 @@ void add_throttle_delay(const Session& s, std::vector<PairDelay>& delays) {
   add_delay(delays, grid, "velocity", grid.rate(grid.channel(Channel::vx)), "d", grid.command(false), std::nullopt);
 }
 
-/// `told`: by group, whether the pose tells its delay.
-std::vector<PairDelay> told_delays(const Session& s, const std::array<bool, delay_groups>& told) {
+/// `identified`: by group, whether the pose identifies its delay.
+std::vector<PairDelay> identified_delays(const Session& s, const std::array<bool, delay_groups>& identified) {
   std::vector<PairDelay> delays;
   if (s.rows() < 100) return delays;
-  const auto is_told = [&](std::size_t channel) { return s.has[channel] && told[delay_group[channel]]; };
-  if (s.has[Channel::yaw] && is_told(Channel::yaw_rate)) add_yaw_rate_delay(s, delays);
-  if (s.has[Channel::x] && is_told(Channel::vx)) add_velocity_delay(s, delays);
+  const auto is_identified = [&](std::size_t channel) { return s.has[channel] && identified[delay_group[channel]]; };
+  if (s.has[Channel::yaw] && is_identified(Channel::yaw_rate)) add_yaw_rate_delay(s, delays);
+  if (s.has[Channel::x] && is_identified(Channel::vx)) add_velocity_delay(s, delays);
   add_steering_delay(s, delays);
   if (!s.prescribed_speed && s.has[Channel::vx]) add_throttle_delay(s, delays);
   return delays;
@@ -345,16 +345,16 @@ std::vector<PairDelay> told_delays(const Session& s, const std::array<bool, dela
 }  // namespace
 
 std::vector<PairDelay> pairwise_delays(const Session& session) {
-  return told_delays(session, {true, true, true, true});
+  return identified_delays(session, {true, true, true, true});
 }
 
 std::vector<PairDelay> pairwise_delays_of_file(const SessionFile& file) {
-  std::array<bool, delay_groups> told{};
-  for (std::size_t g = 0; g < told.size(); ++g) told[g] = pose_tells_delay(file, g);
-  return told_delays(at_centre_of_gravity(file), told);
+  std::array<bool, delay_groups> identified{};
+  for (std::size_t g = 0; g < identified.size(); ++g) identified[g] = pose_identifies_delay(file, g);
+  return identified_delays(at_centre_of_gravity(file), identified);
 }
 
-bool pose_tells_delay(const SessionFile& file, std::size_t group) {
+bool pose_identifies_delay(const SessionFile& file, std::size_t group) {
   if (group == delay_group[Channel::vx]) return !file.derived_velocity;
   if (group == delay_group[Channel::yaw_rate]) return !file.derived_yaw;
   return true;

@@ -1,7 +1,7 @@
 // How late the channels of a session are. Two quantities: by pair, how much later one channel shows what another shows
 // too (`PairDelay`); and by group, how late the channels of one clock are on the log's own clock (`delay_groups`),
 // which follows from the pairs for what the map does not state. A fit starts its search for delays by group there
-// (calibrate/fit), `import` takes them off; diagnose/inference/channel_delays decides which of the pairs are sure.
+// (calibrate/fit), `import` takes them off; diagnose/inference/channel_delays decides which pairs are significant.
 #pragma once
 
 #include <array>
@@ -28,19 +28,19 @@ struct PairDelay {
 /// read in few of the rows are compared at the pace of the sparsest, linear over gaps of at most 0.25 s.
 std::vector<PairDelay> pairwise_delays(const Session& session);
 /// The same of a log through its map: at its centre of gravity, and without yaw rate against yaw, or speed against
-/// place, where one of the two was derived from the place (pose_tells_delay).
+/// place, where one of the two was derived from the place (pose_identifies_delay).
 std::vector<PairDelay> pairwise_delays_of_file(const SessionFile& file);
-/// Whether a group's channels can be told to be late against the log's pose (velocity against place, yaw rate against
-/// yaw). Not where one of the two was derived from the place: such speeds have its noise, half a step late, and a
+/// Whether the log's pose identifies the delay of a group's channels (velocity against place, yaw rate against yaw). Not
+/// where one of the two was derived from the place: such speeds have its noise, half a step late, and a
 /// course leads or follows the heading by the car's sideslip, so that no yaw rate is late against it.
-bool pose_tells_delay(const SessionFile& file, std::size_t group);
+bool pose_identifies_delay(const SessionFile& file, std::size_t group);
 
 /// Velocity against place by displacements (displacement_lag.hpp), for sessions with x, yaw, vx and vy.
 /// `yaw_is_late`: by what the heading is [s].
 std::optional<PairDelay> displacement_delay(const Session& session, double yaw_is_late);
 
 /// By group, how late it is on the log's clock [s]: as the map states it, else what was found between pairs, `found`,
-/// added to how late the pose is. A pose of which nothing is stated counts as on time; NaN where nothing tells.
+/// added to how late the pose is. A pose of which nothing is stated counts as on time; NaN where it is not identified.
 std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const std::vector<PairDelay>& found);
 /// Likewise of a log through its map, whose pairs are compared only where the map leaves a channel's delay to be found.
 std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const SessionFile& file);

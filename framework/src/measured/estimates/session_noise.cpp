@@ -90,7 +90,7 @@ std::optional<Noise> noise_of(const Session& session, std::size_t channel, doubl
     noise.sigma = scale / std::sqrt(fourth_difference_covariance(0.0, 0));
     return noise;
   };
-  constexpr double even = 0.8;          // of the usual longest step
+  constexpr double even = 0.8;          // of the typical longest step
   constexpr double still_linear = 0.3;  // [s] from one reading to the next
   if (!in_rows && lower_quantile(std::move(steps), 0.1) < even * step) {
     // Differences of uneven readings are correlated by their spacing: of noise that is taken for white, where the car

@@ -115,8 +115,8 @@ Eigen::Vector3d solution_of(const std::vector<Equation>& all) {
   return information_of(all).ldlt().solve(right);
 }
 
-/// Leaves out equations that are off by more than four times the usual, the median over 0.6745. A milliradian is never
-/// far: on straights without noise the usual is nothing.
+/// Leaves out equations that are off by more than four standard deviations, each the median over 0.6745. A milliradian
+/// is never far: on straights without noise the deviation is nothing.
 void leave_out_far(std::vector<Equation>& all, const Eigen::Vector3d& solution) {
   constexpr double most = 4.0 / 0.6745, near = 1e-3;
   std::vector<double> off;
@@ -163,9 +163,9 @@ double equal_blocks(std::span<const Equation> all, const Eigen::Vector3d& by) {
   return sum * sum / squares;
 }
 
-/// Whether the three terms can be told from one another. Speeds that all lie within some 3 % of one do not suffice:
-/// what is read of them is wrong by as much, and to err there looks like a gradient.
-bool apart(const std::vector<Equation>& all) {
+/// Whether the three terms are separable. Speeds that all lie within some 3 % of one do not suffice: what is read of
+/// them is wrong by as much, and to err there looks like a gradient.
+bool separable(const std::vector<Equation>& all) {
   constexpr double least = 2e-3;  // of an eigenvalue; of terms that do not depend on one another they are 1
   const Eigen::Matrix3d information = information_of(all);
   const Eigen::Vector3d size = information.diagonal().cwiseSqrt();
@@ -199,10 +199,10 @@ Found nothing_since(std::string why) {
   return out;
 }
 constexpr const char* ratio_unknown =
-    "the steering in them hardly tells how the car turns, so that its ratio is not known";
+    "the steering in them hardly explains how the car turns, so that its ratio is not known";
 
-/// The interval of slope / ratio: the values g for which slope - g ratio is not surely off 0 (Fieller, J. R. Stat. Soc.
-/// B 16, 1954), which is bounded where the ratio is surely above 0.
+/// The interval of slope / ratio: the values g for which slope - g ratio is not significantly off 0 (Fieller, J. R.
+/// Stat. Soc. B 16, 1954), which is bounded where the ratio is significantly above 0.
 void set_interval(const Eigen::Vector3d& solution, const Eigen::Matrix3d& covariance, double student, Found& out) {
   const double t = student * student;
   const double a = square(solution[0]) - t * covariance(0, 0), b = solution[0] * solution[1] - t * covariance(0, 1);
@@ -244,14 +244,15 @@ Found found_with(std::span<const Session* const> sessions, double wheelbase, dou
   if (out.all.size() < fewest_windows)
     return nothing_since("too little of them is gentle driving at " + significant(half * v_ref) + " m/s or faster");
   centre(out.all);
-  if (!apart(out.all)) return nothing_since("in their corners speeds are too alike to tell it from the steering ratio");
+  if (!separable(out.all))
+    return nothing_since("speeds in their corners vary too little to separate it from the steering ratio");
   const Eigen::Vector3d solution = solution_of(out.all);
   out.gradient = solution[1] / solution[0];
   if (!std::isfinite(out.gradient)) return nothing_since(ratio_unknown);
   const Eigen::Matrix3d inverse = information_of(out.all).inverse();
   const Eigen::Vector3d by(-out.gradient / solution[0], 1.0 / solution[0], 0.0);  // of the gradient, by the solution
   const double blocks = equal_blocks(out.all, inverse * by);
-  if (!(blocks >= fewest_blocks)) return nothing_since("less than three stretches of 10 s with corners tell of it");
+  if (!(blocks >= fewest_blocks)) return nothing_since("fewer than three stretches of 10 s with corners determine it");
   const Eigen::Matrix3d covariance = inverse * scores_of(out.all, solution) * inverse * (blocks / (blocks - 1.0));
   const double student = boost::math::quantile(boost::math::students_t(blocks - 1.0), 0.975);
   // A steering that does not turn the car, such as one that is constant, says nothing of its tyres.
@@ -278,7 +279,7 @@ std::string SteadyTurning::text() const {
   const auto of = [](double value) { return significant(degrees_per_g(value), 2); };
   if (low > 0.0) return cornering_text(gradient) + " (" + of(low) + " to " + of(high) + ")";
   if (high < 0.0) return cornering_text(gradient) + " (" + of(-high) + " to " + of(-low) + ")";
-  return "neither surely understeers nor oversteers (" + of(low) + " to " + of(high) + " deg/g)";
+  return "neither understeers nor oversteers significantly (" + of(low) + " to " + of(high) + " deg/g)";
 }
 
 double SteadyTurning::gradient_of(std::span<const double> angle) const {
@@ -295,8 +296,8 @@ TurningByLogs steady_turning(std::span<const Session* const> sessions, double wh
     const Late other{late.yaw_rate.*end, late.yaw.*end};
     if (other.yaw_rate == late.yaw_rate.value && other.yaw == late.yaw.value) continue;
     const Found there = found_with(sessions, wheelbase, v_ref, other);
-    // With what may be, nothing can be told.
-    if (!there.why_not.empty()) return {std::nullopt, "how late yaw rate or yaw are is not known well enough"};
+    // What may be determines nothing.
+    if (!there.why_not.empty()) return {std::nullopt, "the delay of yaw rate or yaw is not known well enough"};
     by_lateness = std::max(by_lateness, std::abs(there.gradient - found.gradient));
   }
   constexpr double relative = 0.05, absolute = 0.025;

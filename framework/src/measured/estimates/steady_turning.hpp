@@ -27,8 +27,8 @@ struct SteadyTurning {
     double vx = 0, omega = 0;  // [m/s], [rad/s], means over a window
   };
   std::vector<Corner> corners;
-  /// "understeers by 0.52 deg/g (0.43 to 0.61)", "oversteers by ..." or, where the interval holds 0, "neither surely
-  /// understeers nor oversteers (-0.1 to 0.2 deg/g)".
+  /// "understeers by 0.52 deg/g (0.43 to 0.61)", "oversteers by ..." or, where the interval holds 0, "neither
+  /// understeers nor oversteers significantly (-0.1 to 0.2 deg/g)".
   std::string text() const;
   /// The gradient that a car would show in the same corners whose road wheels turn by `angle` [rad] more than L / R, by
   /// corner. Where tyres are not quite linear, this is what `gradient` is to be compared with.
@@ -37,8 +37,8 @@ struct SteadyTurning {
   std::vector<double> of_ratio, of_slope;  // by corner: what its angle adds to `ratio` and `slope` (below)
 };
 
-/// How a car turns by its logs, or why they do not show it: a clause such as "in their corners speeds are too alike to
-/// tell it ...".
+/// How a car turns by its logs, or why they do not show it: a clause such as "speeds in their corners vary too little
+/// to separate it ...".
 struct TurningByLogs {
   std::optional<SteadyTurning> turning;
   std::string why_not;  // empty where there is one
@@ -67,7 +67,7 @@ struct TurningLateness {
 ///
 /// Windows count from half of `v_ref` on, below which the gradient hardly moves the steering, and up to 4 m/s2 across.
 /// Nothing, and why, where steering, speed or turning are not there, where less than three such blocks show it, or
-/// where the gradient cannot be told from the ratio, as at one speed. `wheelbase` [m], `v_ref` [m/s].
+/// where the gradient is not separable from the ratio, as at one speed. `wheelbase` [m], `v_ref` [m/s].
 ///
 /// A bank scales the gradient: down where it grows with the lateral acceleration; up, of a car that understeers, where
 /// bends are alike. A steering map that bends passes for either sign.

@@ -48,17 +48,17 @@ std::vector<TurnedBeyondYaw> between_readings(const Session& session) {
   return out;
 }
 
-/// Leaves out where yaw jumps: by more than ten times what is usual, and than a tenth of a radian, which a coarse yaw
+/// Leaves out where yaw jumps: by more than ten times the median, and than a tenth of a radian, which a coarse yaw
 /// may do from step to step.
 void leave_out_jumps(std::vector<TurnedBeyondYaw>& all) {
-  constexpr double usual = 10.0, least = 0.1;
+  constexpr double medians = 10.0, least = 0.1;
   if (all.empty()) return;
   std::vector<double> values;
   values.reserve(all.size());
   for (const TurnedBeyondYaw& one : all) values.push_back(one.angle / one.time);
   const double rate = upper_median(values);
   for (std::size_t i = 0; i < all.size(); ++i) values[i] = std::abs(all[i].angle - rate * all[i].time);
-  const double most = std::max(usual * upper_median(values), least);
+  const double most = std::max(medians * upper_median(values), least);
   std::erase_if(all, [&](const TurnedBeyondYaw& one) { return std::abs(one.angle - rate * one.time) > most; });
 }
 

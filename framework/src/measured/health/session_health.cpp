@@ -9,7 +9,7 @@
 #include "measured/estimates/timing_slip.hpp"
 #include "measured/readings/held_readings.hpp"
 #include "measured/session/centre_of_gravity.hpp"
-#include "measured/session/session_doubts.hpp"
+#include "measured/session/session_warnings.hpp"
 #include "measured/session/session_windows.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
@@ -41,7 +41,7 @@ void rate_and_gaps(const SessionFile& file, std::vector<Finding>& out) {
   const double length = s.t.back() - s.t.front();
   if (length < 20.0)
     out.push_back(
-        {Level::note, "length", significant(length) + " s", "little to tell parameters apart; 60 s are good"});
+        {Level::note, "length", significant(length) + " s", "little data to identify parameters; 60 s are good"});
 }
 
 void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
@@ -85,17 +85,17 @@ Values second_differences(const Session& s, std::size_t c, double row_step) {
   return second;
 }
 
-/// Jumps of all rows, by what is usual while the car moves.
+/// Jumps of all rows, by the median change while the car moves.
 void jumps(const SessionFile& file, const Session& moving, std::vector<Finding>& out) {
   for (std::size_t c = 0; c < channels; ++c) {
     const Values second = second_differences(file.session, c, file.row_step),
                  in_motion = second_differences(moving, c, file.row_step);
     if (in_motion.size() < 100) continue;
-    const double usual = median(in_motion);
-    const auto far = std::count_if(second.begin(), second.end(), [&](double d) { return d > 60.0 * usual; });
-    if (usual > 0.0 && far > 0)
+    const double typical = median(in_motion);
+    const auto far = std::count_if(second.begin(), second.end(), [&](double d) { return d > 60.0 * typical; });
+    if (typical > 0.0 && far > 0)
       out.push_back({Level::note, channel_info[c].name,
-                     std::to_string(far) + " jumps of more than 60 times its usual change in motion",
+                     std::to_string(far) + " jumps of more than 60 times its median change in motion",
                      "kept; the fit gives them little weight"});
   }
 }
@@ -105,7 +105,7 @@ void add_noise(const Noise& noise, std::size_t channel, std::vector<Finding>& ou
   const std::string check = std::string("noise of ") + channel_info[channel].name;
   const std::string colour = "lag-one correlation " + significant(noise.colour, 2);
   if (noise.sigma == 0.0 || noise.colour > most_telling)
-    out.push_back({Level::good, check, "none that could be told from motion, " + colour,
+    out.push_back({Level::good, check, "none separable from motion, " + colour,
                    "simulated, filtered or interpolated at its source"});
   else
     out.push_back({Level::good, check, significant(noise.sigma) + " " + channel_info[channel].unit + ", " + colour,
@@ -142,7 +142,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
   const Session moving = while_moving(s);
   jumps(file, moving, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
-  for (Finding& finding : doubts_about(file)) out.push_back(std::move(finding));
+  for (Finding& finding : consistency_warnings(file)) out.push_back(std::move(finding));
   const Session own = at_centre_of_gravity(file);
   if (const auto slip = timing_slip(own, file.row_step))
     out.push_back({Level::bad, "position",

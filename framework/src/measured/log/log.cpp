@@ -141,7 +141,7 @@ constexpr double jump = 7.0, of_jump = 3.0;
 
 }  // namespace
 
-std::vector<Commands> command_unrest(const Log& log) {
+std::vector<Commands> command_variation(const Log& log) {
   const auto move = [&](std::size_t k, std::size_t i) {
     const CommandSample<double>&a = log.command[k], &b = log.command[k + 1];
     return i == 0 ? b.d - a.d : b.delta - a.delta;
@@ -151,10 +151,10 @@ std::vector<Commands> command_unrest(const Log& log) {
     std::vector<double> moves;
     for (std::size_t k = 0; k < all.size(); ++k)
       if (move(k, i) != 0.0) moves.push_back(std::abs(move(k, i)));
-    const double usual = upper_median(std::move(moves), 0.0);
+    const double typical = upper_median(std::move(moves), 0.0);
     for (std::size_t k = 0; k < all.size(); ++k) {
       const double step = move(k, i), here = second_difference(log, k)[i], next = second_difference(log, k + 1)[i],
-                   beyond = of_jump * std::max(0.0, std::abs(step) - jump * usual);
+                   beyond = of_jump * std::max(0.0, std::abs(step) - jump * typical);
       all[k][i] = std::sqrt(step * step + 0.5 * (here * here + next * next) + beyond * beyond);
     }
   }

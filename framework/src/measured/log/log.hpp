@@ -81,6 +81,6 @@ Commands command_curvature(std::span<const Log> stretches);
 /// How far the commands of each step may have been off a straight line, size() - 1 of them: the root of the squared
 /// difference of its ends and the mean of their squared second differences. Where a command rests nothing was left out;
 /// where it jumps, when it did is unknown.
-std::vector<Commands> command_unrest(const Log& log);
+std::vector<Commands> command_variation(const Log& log);
 
 }  // namespace gripline::measured

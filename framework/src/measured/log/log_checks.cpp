@@ -153,14 +153,14 @@ void check_units(const CsvTable& table, const RawLog& raw, const LogExpectations
   if (top < slowest_driving(expected.v_ref))
     refuse(table, "the car is parked: it hardly exceeds " + significant(top) + " m/s; expected driving around " +
                       significant(expected.v_ref) + " m/s");
-  const double v_ratio = usual_ratio(
+  const double v_ratio = median_ratio(
       windows, [](const SessionWindow& w) { return std::abs(w.speed) * w.seconds; },
       [](const SessionWindow& w) { return w.way; });
   check_speed(table, v_ratio);
   std::vector<SessionWindow> gentle;
   for (const SessionWindow& w : windows)
     if (std::abs(w.turn) < 2.5) gentle.push_back(w);
-  const double w_ratio = usual_ratio(
+  const double w_ratio = median_ratio(
       gentle, [](const SessionWindow& w) { return w.rate * w.seconds; }, [](const SessionWindow& w) { return w.turn; });
   check_rate(table, w_ratio);
   check_commands(table, raw, expected.delta_max);
@@ -176,7 +176,7 @@ void check_units(const CsvTable& table, const RawLog& raw, const LogExpectations
 }
 
 void check_place(const CsvTable& table, const RawLog& raw, const Road& road) {
-  const auto usual_beyond = [&](double side) {
+  const auto median_beyond = [&](double side) {
     std::vector<double> beyond;
     for (std::size_t i = 0, next = 0; i < raw.size(); ++i) {
       const double x = raw.at(i, Channel::x), y = side * raw.at(i, Channel::y);
@@ -186,13 +186,13 @@ void check_place(const CsvTable& table, const RawLog& raw, const Road& road) {
     }
     return upper_median(beyond, 0.0);
   };
-  const double usual = usual_beyond(1.0);
+  const double beyond_edge = median_beyond(1.0);
   // Half the road's width beyond the edge: a car that leaves its own road stays nearer than that for most of a log.
   const double allowed = 0.5 * road.track().narrowest();
-  if (usual <= allowed) return;
+  if (beyond_edge <= allowed) return;
   const std::string found =
-      "half of the log lies more than " + significant(usual) + " m outside \"" + road.track().name() + "\"";
-  if (usual_beyond(-1.0) <= allowed)
+      "half of the log lies more than " + significant(beyond_edge) + " m outside \"" + road.track().name() + "\"";
+  if (median_beyond(-1.0) <= allowed)
     refuse(table, found +
                       ", and with the sign of y_m changed on it: the frame seems to be left-handed; expected y to "
                       "the left of x");

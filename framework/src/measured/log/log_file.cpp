@@ -136,8 +136,8 @@ void note_cut(const Cut& cut, double dt, double seconds, std::vector<Finding>& h
                       "steps vary by " + significant(100.0 * cut.jitter, 2) + " % of " + significant(dt) + " s",
                       "brought to an even grid"});
   if (seconds < 20.0)
-    health.push_back(
-        {Finding::Level::note, "length", significant(seconds) + " s", "little to tell effects apart; 60 s are good"});
+    health.push_back({Finding::Level::note, "length", significant(seconds) + " s",
+                      "little data to identify effects; 60 s are good"});
 }
 
 Cut cleaned_and_cut(RawLog& raw, double dt, double v_ref, std::vector<Finding>& health) {
@@ -162,7 +162,7 @@ RawLog raw_of(const Session& session) {
 }  // namespace
 
 LogFile on_even_grid(const Session& session, double v_ref) {
-  const double dt = usual_step(session.t);
+  const double dt = sampling_interval(session.t);
   LogFile log;
   log.name = session.name;
   RawLog raw = raw_of(session);

@@ -11,7 +11,7 @@ namespace gripline::measured {
 namespace {
 
 /// Samples from one reading of a channel to the next, but for the longest tenth.
-double usual_gap(std::span<const Log> stretches, std::size_t channel) {
+double gap_quantile(std::span<const Log> stretches, std::size_t channel) {
   std::vector<double> gaps;
   for (const Log& log : stretches) {
     const std::vector<std::size_t> at = samples_with(log, channel);
@@ -23,7 +23,7 @@ double usual_gap(std::span<const Log> stretches, std::size_t channel) {
 }  // namespace
 
 double white_noise(std::span<const Log> stretches, std::size_t channel, std::size_t order) {
-  const double longest = static_cast<double>(order) * usual_gap(stretches, channel);
+  const double longest = static_cast<double>(order) * gap_quantile(stretches, channel);
   std::vector<double> squares;
   for (const Log& log : stretches) {
     std::vector<double> at, reading;  // of samples

@@ -224,7 +224,7 @@ std::size_t drop_outliers(RawLog& raw) {
       off[i] = off_cubic(raw, i, c);
       if (std::isfinite(off[i])) size.push_back(std::abs(off[i]));
     }
-    // At least 0.3 % of the usual change over 25 rows, so that rounding is no outlier.
+    // At least 0.3 % of the root mean square change over 25 rows, so that rounding is no outlier.
     double change = 0.0, count = 1e-9;
     for (std::size_t i = 25; i < raw.size(); ++i) {
       const double step = raw.at(i, c) - raw.at(i - 25, c);
@@ -232,12 +232,12 @@ std::size_t drop_outliers(RawLog& raw) {
       change += step * step;
       count += 1.0;
     }
-    const double usual = std::max(1.4826 * upper_median(size, 0.0), 0.003 * std::sqrt(change / count));
-    if (!(usual > 0.0)) continue;
+    const double scale = std::max(1.4826 * upper_median(size, 0.0), 0.003 * std::sqrt(change / count));
+    if (!(scale > 0.0)) continue;
     for (std::size_t i = 2; i + 2 < raw.size(); ++i) {
       // A spike of size s leaves -2/3 s in the residuals beside it; a quick motion does not.
       const auto beside = [&](std::size_t j) { return std::abs(off[j] / off[i] + 2.0 / 3.0) < 0.35; };
-      if (!(std::abs(off[i]) > 7.0 * usual) || !beside(i - 1) || !beside(i + 1)) continue;
+      if (!(std::abs(off[i]) > 7.0 * scale) || !beside(i - 1) || !beside(i + 1)) continue;
       raw.at(i, c) = not_a_number;
       ++dropped;
     }

@@ -117,7 +117,7 @@ RawLog read_columns(const CsvTable& table) {
   return raw;
 }
 
-double usual_step(std::span<const double> t) {
+double sampling_interval(std::span<const double> t) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
   // The median, then refined over whole steps so that rounding of the stamps does not add up.
@@ -154,7 +154,7 @@ double check_time(const CsvTable& table, RawLog& raw, std::vector<Finding>& heal
   }
   if (raw.size() < 20)
     refuse(table, "only " + std::to_string(raw.size()) + " usable rows; expected a log of at least 5 s");
-  const double dt = usual_step(raw.t);
+  const double dt = sampling_interval(raw.t);
   if (may_be_seconds_or_milliseconds(dt))
     refuse(table, "rows are " + significant(dt) + " s apart (" + significant(1.0 / dt) +
                       " Hz); expected 0.1 s or less; if the numbers are milliseconds (" + significant(1e3 / dt, 4) +

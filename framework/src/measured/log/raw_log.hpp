@@ -30,7 +30,7 @@ RawLog read_columns(const CsvTable& table);
 Finding absent_lateral_speed(const CsvTable& table);
 /// The step that most of these times [s] are apart, to the microsecond where it is that; of rows in bursts their mean.
 /// 0 of less than two times.
-double usual_step(std::span<const double> times);
+double sampling_interval(std::span<const double> times);
 /// Returns the sample time [s]. Throws InputError when time runs backward; of rows with equal stamps the first is kept.
 double check_time(const CsvTable& table, RawLog& raw, std::vector<Finding>& health);
 

@@ -102,7 +102,7 @@ double run_forward(const std::vector<double>& levels, double scale, std::vector<
   return likelihood;
 }
 
-/// The usual move over a step, between a sixteenth (about a cell) and eight (errors are white long before).
+/// The likeliest scale of moves over a step, between a sixteenth (about a cell) and eight (errors are white long before).
 double likeliest_scale(const std::vector<double>& levels) {
   std::vector<Cells> forward;
   double best = 1.0, most = -std::numeric_limits<double>::infinity();

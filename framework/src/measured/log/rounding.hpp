@@ -21,8 +21,8 @@ double rounding_noise(double step);
 /// is 0.
 ///
 /// A command moves from sample to sample by independent amounts of a heavy-tailed distribution (Student's t with three
-/// degrees of freedom: drivers hold still and jump), and lies within half a step of what was written. How far it
-/// usually moves is what makes the written ones likeliest. Where it moves by more than a step the errors are white and
+/// degrees of freedom: drivers hold still and jump), and lies within half a step of what was written. The scale
+/// of its moves is what makes the written ones likeliest. Where it moves by more than a step the errors are white and
 /// of step^2 / 12; where it rests they last.
 void unround_commands(Log& log, const Commands& steps);
 

@@ -8,10 +8,10 @@
 namespace gripline::measured {
 
 std::size_t drop_held(std::span<const double> t, std::vector<double>& values) {
-  constexpr std::size_t few = 3, many = 101;  // times between new values that the usual one is the median of
+  constexpr std::size_t few = 3, many = 101;  // times between new values that are counted
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> between;
-  double last = none, usual = 0.0, changed = 0.0, next = 0.0;
+  double last = none, interval = 0.0, changed = 0.0, next = 0.0;
   std::size_t dropped = 0, changes = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isnan(values[i])) continue;  // an empty cell is no reading
@@ -23,11 +23,11 @@ std::size_t drop_held(std::span<const double> t, std::vector<double>& values) {
       else if (changes > 0)
         between[changes % many] = t[i] - changed;
       ++changes;
-      usual = between.size() < few ? 0.0 : median(between);
+      interval = between.size() < few ? 0.0 : median(between);
       changed = t[i];
-      next = t[i] + 2.0 * usual;
-    } else if (usual > 0.0 && t[i] >= next - 1e-9) {
-      next = t[i] + usual;
+      next = t[i] + 2.0 * interval;
+    } else if (interval > 0.0 && t[i] >= next - 1e-9) {
+      next = t[i] + interval;
     } else {
       values[i] = none;
       ++dropped;

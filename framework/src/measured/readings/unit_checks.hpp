@@ -1,5 +1,5 @@
-// What checks of units share: the usual ratio of two channels, what it is where one has a wrong unit, and what commands
-// cannot be.
+// What checks of units share: the median ratio of two channels, what it is where one has a wrong unit, and what
+// commands cannot be.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace gripline::measured {
 
 /// The median size of what is not 0; 0 where all is.
-inline double usual_size(std::vector<double> values) {
+inline double median_magnitude(std::vector<double> values) {
   for (double& v : values) v = std::abs(v);
   std::erase(values, 0.0);
   return median(std::move(values), 0.0);
@@ -25,15 +25,15 @@ inline double usual_size(std::vector<double> values) {
 /// windows with a wrong reading have the share among those looked at that they have among all. NaN where there are less
 /// than `fewest`; windows without one of the two do not count.
 template <class Windows, class Top, class Bottom>
-double usual_ratio(const Windows& windows, Top top, Bottom bottom, std::size_t fewest = 1) {
+double median_ratio(const Windows& windows, Top top, Bottom bottom, std::size_t fewest = 1) {
   std::vector<double> tops, bottoms, sizes, ratios;
   for (const auto& w : windows)
     if (std::isfinite(top(w) + bottom(w))) tops.push_back(top(w)), bottoms.push_back(bottom(w));
-  const double usual_top = usual_size(tops), usual_bottom = usual_size(bottoms);
-  if (!(usual_bottom > 0.0)) return not_a_number;
+  const double median_top = median_magnitude(tops), median_bottom = median_magnitude(bottoms);
+  if (!(median_bottom > 0.0)) return not_a_number;
   for (std::size_t i = 0; i < tops.size(); ++i) {
-    const double size = std::abs(bottoms[i]) / usual_bottom;
-    sizes.push_back(usual_top > 0.0 ? std::min(size, std::abs(tops[i]) / usual_top) : size);
+    const double size = std::abs(bottoms[i]) / median_bottom;
+    sizes.push_back(median_top > 0.0 ? std::min(size, std::abs(tops[i]) / median_top) : size);
   }
   const double enough = 0.5 * lower_quantile(sizes, 0.9, 0.0);
   for (std::size_t i = 0; i < tops.size(); ++i)

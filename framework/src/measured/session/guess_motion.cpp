@@ -160,7 +160,7 @@ class MotionGuess {
     if (ratios.size() < few) {
       if (!told)
         draft_.remarks.push_back(
-            "vx: no unit is written, and the place tells none (it changes too seldom); taken for " + taken);
+            "vx: no unit is written, and the place identifies none (it changes too seldom); taken for " + taken);
       return;
     }
     const double ratio = quantile_of_size(ratios, 0.5), expected = 1.0 / to_si("1 " + taken, "m/s");
@@ -173,7 +173,7 @@ class MotionGuess {
                                  (told ? "; its name says " + taken : ""));
         return;
       }
-    if (!is_about(ratio, expected)) draft_.remarks.push_back(found + "; its unit is not told by that");
+    if (!is_about(ratio, expected)) draft_.remarks.push_back(found + "; this does not identify its unit");
   }
 
   void guess_yaw_rate() {

@@ -5,7 +5,7 @@
 
 namespace gripline::measured {
 
-/// Place, yaw, velocity and yaw rate, after the time. What no header and no name tells of headings and speeds, the path
+/// Place, yaw, velocity and yaw rate, after the time. What no header and no name says of headings and speeds, the path
 /// of the places does.
 void guess_motion(GuessDraft& draft);
 

@@ -32,7 +32,7 @@ double yaw_over_path(const std::vector<SessionWindow>& windows) {
     if (b.begin - a.begin < 0.6 * a.seconds)
       turns.push_back({b.heading - a.heading, std::remainder(b.course - a.course, 2.0 * pi)});
   }
-  return usual_ratio(
+  return median_ratio(
       turns, [](const Turn& t) { return t.yaw; }, [](const Turn& t) { return t.path; }, least_of_ratio);
 }
 
@@ -157,7 +157,7 @@ class Checks {
   }
 
   void yaw() const {
-    const double ratio = usual_ratio(
+    const double ratio = median_ratio(
         windows_, [](const SessionWindow& w) { return w.rate; },
         [](const SessionWindow& w) { return w.turn / w.seconds; }, least_of_ratio);
     if (std::isnan(ratio) || (ratio > 0.3 && ratio < 3.0)) return;

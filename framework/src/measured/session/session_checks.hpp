@@ -1,4 +1,4 @@
-// Whether a session's numbers fit its map: units, signs and frames that are surely wrong are refused, each with its
+// Whether a session's numbers fit its map: units, signs and frames that must be wrong are refused, each with its
 // evidence.
 #pragma once
 

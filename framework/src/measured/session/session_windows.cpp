@@ -34,7 +34,7 @@ void blank_held_places(Session& s) {
       s.reading[i * channels + Channel::x] = s.reading[i * channels + Channel::y] = not_a_number;
 }
 
-/// The usual time from one place to the next [s].
+/// The median time from one place to the next [s].
 double time_between_places(const Session& s) {
   std::vector<double> between;
   double last = NAN;
@@ -133,7 +133,7 @@ double typical_speed(const Session& session) {
 }
 
 double speed_over_path(const std::vector<SessionWindow>& windows) {
-  return usual_ratio(
+  return median_ratio(
       windows, [](const SessionWindow& w) { return w.speed; }, [](const SessionWindow& w) { return w.way / w.seconds; },
       least_of_ratio);
 }

@@ -47,7 +47,7 @@ inline constexpr std::size_t least_of_ratio = 10;  // windows that a ratio of ch
 /// By row, whether the car moves in half a second around it: faster than the slowest driving of a car that drives at
 /// what it exceeds in 2 % of the windows. True of all rows where no window shows a speed, or none such.
 std::vector<bool> moving_rows(const Session& session);
-/// The session with the readings only of those rows: while a car stands its channels hardly change, and what is usual
+/// The session with the readings only of those rows: while a car stands its channels hardly change, and what is typical
 /// of all rows is next to nothing where it stands half of the time.
 Session while_moving(Session session);
 /// Upper quartile of the speed in the rows in which the car moves, by vx, or where that was not read by place: 0.1 m/s

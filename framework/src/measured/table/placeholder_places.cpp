@@ -8,13 +8,13 @@
 namespace gripline::measured {
 namespace {
 
-/// Quantile of the ways from one place to the next other one, behind row `from`, and of their speeds.
-struct UsualMove {
+/// Quantiles of the ways from one place to the next other one, behind row `from`, and of their speeds.
+struct MoveQuantiles {
   double way = 0, speed = 0;
 };
 
-UsualMove usual_move(std::span<const double> t, const std::vector<double>& x, const std::vector<double>& y,
-                     std::size_t from) {
+MoveQuantiles move_quantiles(std::span<const double> t, const std::vector<double>& x, const std::vector<double>& y,
+                             std::size_t from) {
   constexpr double most = 0.9;  // spikes are beyond it
   std::vector<double> ways, speeds;
   std::size_t last = from;
@@ -33,7 +33,7 @@ UsualMove usual_move(std::span<const double> t, const std::vector<double>& x, co
 }  // namespace
 
 PlaceholderPlaces drop_placeholder_places(std::span<const double> t, std::vector<double>& x, std::vector<double>& y) {
-  constexpr double far = 10.0;  // times the usual
+  constexpr double far = 10.0;  // times that quantile
   std::size_t first = x.size(), last = x.size(), rows = 0, next = 0;
   for (; next < x.size(); ++next) {
     if (!std::isfinite(x[next] + y[next])) continue;
@@ -44,9 +44,9 @@ PlaceholderPlaces drop_placeholder_places(std::span<const double> t, std::vector
   }
   if (rows < 2 || next >= x.size()) return {};
   // By the way, as places that are held jump in one row; by the speed, as a car may have driven during a gap.
-  const UsualMove usual = usual_move(t, x, y, next);
+  const MoveQuantiles typical = move_quantiles(t, x, y, next);
   const double way = std::hypot(x[next] - x[first], y[next] - y[first]), speed = way / (t[next] - t[last]);
-  if (!(usual.way > 0.0) || way < far * usual.way || speed < far * usual.speed) return {};
+  if (!(typical.way > 0.0) || way < far * typical.way || speed < far * typical.speed) return {};
   const PlaceholderPlaces dropped{rows, x[first], y[first]};
   for (std::size_t i = first; i < next; ++i) x[i] = y[i] = not_a_number;
   return dropped;

@@ -32,7 +32,7 @@ TEST(ChannelDelays, FindsALateYawRate) {
   const DiagnoseRig rig;
   for (const std::size_t samples : {3, 8}) {
     const LogFile log = late(rig, 801, yaw_rate, samples);
-    const std::vector<ChannelDelay> found = sure_delays({&log, 1}, SpeedsBy::displacements_too);
+    const std::vector<ChannelDelay> found = significant_delays({&log, 1}, SpeedsBy::displacements_too);
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found.front().name(), "yaw_rate");
     EXPECT_NEAR(found.front().seconds, 0.02 * static_cast<double>(samples), 0.008);
@@ -43,7 +43,7 @@ TEST(ChannelDelays, FindsALateYawRate) {
 TEST(ChannelDelays, FindsLateSpeeds) {
   const DiagnoseRig rig;
   const LogFile log = late(rig, 802, speeds, 6);
-  const std::vector<ChannelDelay> found = sure_delays({&log, 1}, SpeedsBy::displacements_too);
+  const std::vector<ChannelDelay> found = significant_delays({&log, 1}, SpeedsBy::displacements_too);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found.front().name(), "velocity");
   EXPECT_NEAR(found.front().seconds, 0.12, 0.03);
@@ -53,7 +53,7 @@ TEST(ChannelDelays, FindsLateSpeeds) {
 TEST(ChannelDelays, FindsALateYaw) {
   const DiagnoseRig rig;
   const LogFile log = late(rig, 806, yaw, 6);
-  const std::vector<ChannelDelay> found = sure_delays({&log, 1}, SpeedsBy::displacements_too);
+  const std::vector<ChannelDelay> found = significant_delays({&log, 1}, SpeedsBy::displacements_too);
   const auto one = std::ranges::find(found, yaw, &ChannelDelay::group);
   ASSERT_NE(one, found.end());
   EXPECT_NEAR(one->seconds, 0.12, 0.03);
@@ -65,13 +65,13 @@ TEST(ChannelDelays, NoChannelIsLateWhereAllAreOrNone) {
   const DiagnoseRig rig;
   for (const std::uint64_t seed : {803, 804}) {
     const LogFile none = late(rig, seed, all, 0), every = late(rig, seed, all, 5);
-    EXPECT_TRUE(sure_delays({&none, 1}, SpeedsBy::displacements_too).empty());
-    EXPECT_TRUE(sure_delays({&every, 1}, SpeedsBy::displacements_too).empty());
+    EXPECT_TRUE(significant_delays({&none, 1}, SpeedsBy::displacements_too).empty());
+    EXPECT_TRUE(significant_delays({&every, 1}, SpeedsBy::displacements_too).empty());
   }
 }
 
 /// Noise that is correlated from sample to sample moves the best correlation of two channels about. Eight blocks of a
-/// log show how far less surely than many would.
+/// log show how far less significantly than many would.
 TEST(ChannelDelays, CorrelatedNoiseIsNoDelay) {
   const DiagnoseRig rig;
   measured::Channels colour;
@@ -80,7 +80,7 @@ TEST(ChannelDelays, CorrelatedNoiseIsNoDelay) {
     LogFile log;
     log.stretches.push_back(rig.simulate(rig.catalogue().null_model(),
                                          {.seconds = 60, .seed = seed, .noise = 30, .colour = colour, .unsteady = 1}));
-    EXPECT_TRUE(sure_delays({&log, 1}, SpeedsBy::displacements_too).empty()) << seed;
+    EXPECT_TRUE(significant_delays({&log, 1}, SpeedsBy::displacements_too).empty()) << seed;
   }
 }
 
@@ -94,7 +94,7 @@ TEST(ChannelDelays, OfANoisyPlaceAreNoFalseOnes) {
     Log& rows = log.stretches.front();
     for (std::size_t k = 0; k < rows.size(); ++k)
       for (std::size_t c = 0; c < 2; ++c) rows.reading[k * channels + c] += 0.05 * normal(random);
-    EXPECT_TRUE(sure_delays({&log, 1}, SpeedsBy::displacements_too).empty()) << seed;
+    EXPECT_TRUE(significant_delays({&log, 1}, SpeedsBy::displacements_too).empty()) << seed;
   }
 }
 

@@ -27,12 +27,12 @@ TEST(MeasuredNoise, OfTwoPeaksTheHigherIsTaken) {
     EXPECT_EQ(one.noise.colour, whole.noise.colour);
     return is_fewer ? "fewer" : "all";
   };
-  constexpr double surely = thresholds::noise_gain;
+  constexpr double least = thresholds::noise_gain;
   for (const double gain : {-200.0, 0.0, 130.0}) {
-    EXPECT_STREQ(assumed(gain, gain + 1.01 * surely), "fewer") << gain;
-    EXPECT_STREQ(assumed(gain, gain + 0.99 * surely), "all") << gain;
+    EXPECT_STREQ(assumed(gain, gain + 1.01 * least), "fewer") << gain;
+    EXPECT_STREQ(assumed(gain, gain + 0.99 * least), "all") << gain;
     EXPECT_STREQ(assumed(gain, gain), "all") << gain;
-    EXPECT_STREQ(assumed(gain, gain - 5.0 * surely), "all") << gain;
+    EXPECT_STREQ(assumed(gain, gain - 5.0 * least), "all") << gain;
   }
 }
 

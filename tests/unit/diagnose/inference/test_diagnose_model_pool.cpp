@@ -15,11 +15,11 @@ TEST(ModelPool, ARoughRoadIsForgottenWithWhatMadeItLookRough) {
   const DiagnoseRig rig;
   Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {.seconds = 6, .seed = 98})});
   const Noise noise = rig.noise(problem, 0.5);
-  const double usual = problem.penalty_per_parameter();
+  const double initial = problem.penalty_per_parameter();
   for (const bool by_noise : {false, true}) {
     ModelPool pool(problem);
     const Fit& fitted = pool.fit_once(rig.with("mass", {0.0}), noise);
-    EXPECT_DOUBLE_EQ(fitted.penalty, usual);
+    EXPECT_DOUBLE_EQ(fitted.penalty, initial);
     pool.penalise_as_rough();
     const double rough = pool.problem().penalty_per_parameter();
     EXPECT_NEAR(rough, 0.5 * std::log(3.0 * 6.02 / 0.5), 1e-9);
@@ -32,7 +32,7 @@ TEST(ModelPool, ARoughRoadIsForgottenWithWhatMadeItLookRough) {
       pool.restart(rig.road(), kept, MeasuredNoise{.noise = noise, .model = kept.model});
     else
       pool.restart(rig.road(), kept, measured::CommandHold{.until_next = true});
-    EXPECT_EQ(pool.problem().penalty_per_parameter(), usual) << by_noise;
+    EXPECT_EQ(pool.problem().penalty_per_parameter(), initial) << by_noise;
   }
 }
 

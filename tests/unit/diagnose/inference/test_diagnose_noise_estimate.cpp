@@ -140,7 +140,7 @@ double mean_square(const std::vector<Commands>& all, std::size_t which) {
 
 /// Root mean square over a log of what is found to be unknown of a command.
 double size_of(const UnknownCommands& unknown, const Log& log, std::size_t which) {
-  const double moving = std::pow(unknown.moving[which], 2) * mean_square(measured::command_unrest(log), which);
+  const double moving = std::pow(unknown.moving[which], 2) * mean_square(measured::command_variation(log), which);
   return std::sqrt(std::pow(unknown.steady[which], 2) + moving);
 }
 

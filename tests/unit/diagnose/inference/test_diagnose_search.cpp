@@ -122,11 +122,11 @@ TEST(Search, PenalisesByIndependentReadingsInProcessNoise) {
   const ModelSpec small = rig.with("steer_offset", {0.003});
   for (const auto& rough : {smooth, everywhere}) {
     const Log log = rig.simulate(small, {.seconds = 40, .seed = 57, .rough = rough});
-    const double usual = rig.problem({log}).penalty_per_parameter(), independent = 3.0 * 40.02 / 0.5;
+    const double smooth_penalty = rig.problem({log}).penalty_per_parameter(), independent = 3.0 * 40.02 / 0.5;
     const SearchResult found = searched(rig, log);
     EXPECT_EQ(name(found), "steer_offset");
-    EXPECT_NEAR(found.pool.problem().penalty_per_parameter(), rough == smooth ? usual : 0.5 * std::log(independent),
-                1e-9);
+    EXPECT_NEAR(found.pool.problem().penalty_per_parameter(),
+                rough == smooth ? smooth_penalty : 0.5 * std::log(independent), 1e-9);
   }
   for (const std::uint64_t seed : {58, 59, 60}) {
     const SearchResult found =

@@ -58,12 +58,12 @@ TEST(LinearModel, StepsOfIntegrationFollowTheSampleTime) {
   DiagnoseRig rig;
   Problem problem = rig.problem({rig.simulate(rig.catalogue().null_model(), {10, 49, 1})});
   const StagedCar car = rig.catalogue().build(rig.catalogue().null_model());
-  const int usual = substeps_of_motion(car, problem.traces);
+  const int nominal = substeps_of_motion(car, problem.traces);
   problem.traces.front().log.dt = 0.05;
   const int slow = substeps_of_motion(car, problem.traces);
   problem.traces.front().log.dt = 0.002;
   EXPECT_EQ(substeps_of_motion(car, problem.traces), 1);
-  EXPECT_GT(slow, usual);
+  EXPECT_GT(slow, nominal);
 }
 
 }  // namespace test_diagnose_linear_model

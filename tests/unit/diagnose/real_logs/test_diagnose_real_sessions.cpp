@@ -58,7 +58,7 @@ measured::SessionFile late(double yaw_rate) {
 }
 
 void expect_late(const measured::SessionFile& file, const measured::LogMap& map, double seconds) {
-  const std::vector<ChannelDelay> found = sure_delays_beyond_map({file}, map, 2.0);
+  const std::vector<ChannelDelay> found = significant_delays_beyond_map({file}, map, 2.0);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found.front().name(), "yaw_rate");
   EXPECT_NEAR(found.front().seconds, seconds, 0.05);
@@ -80,7 +80,7 @@ TEST(RealSessions, DelaysThatTheMapStatesAreTakenOffFirst) {
   yaw_rate->delay = 0.2;
   expect_late(late(0.7), map, 0.5);
   yaw_rate->delay = 0.7;
-  EXPECT_TRUE(sure_delays_beyond_map({late(0.7)}, map, 2.0).empty());
+  EXPECT_TRUE(significant_delays_beyond_map({late(0.7)}, map, 2.0).empty());
   yaw_rate->delay.reset();  // to be found
   expect_late(late(0.7), map, 0.7);
 }
@@ -88,7 +88,7 @@ TEST(RealSessions, DelaysThatTheMapStatesAreTakenOffFirst) {
 /// What is found late is fitted, and stands in the world that is returned.
 TEST(RealSessions, DelaysThatWereFoundAreLeftToTheFit) {
   const measured::LogMap stated = measured::gripline_map();
-  const measured::LogMap map = with_found(stated, sure_delays_beyond_map({late(0.5)}, stated, 2.0));
+  const measured::LogMap map = with_found(stated, significant_delays_beyond_map({late(0.5)}, stated, 2.0));
   EXPECT_EQ(map.delay(3), std::nullopt);
   EXPECT_NEAR(map.delay_start[3].value(), 0.5, 0.05);
   for (const std::size_t group : {0u, 1u, 2u}) EXPECT_EQ(map.delay(group), 0.0) << group;
@@ -115,11 +115,11 @@ TEST(RealSessions, WhatIsOfOneReceiverWithALateYawIsLeftToTheFitToo) {
 
 TEST(RealSessions, ALogWithoutAnythingToTellADelayByHasNone) {
   measured::SessionFile slow = late(0.5), bare = late(0.5);
-  EXPECT_TRUE(sure_delays_beyond_map({slow}, measured::gripline_map(), 100.0).empty());
+  EXPECT_TRUE(significant_delays_beyond_map({slow}, measured::gripline_map(), 100.0).empty());
   bare.session.has[measured::Channel::yaw] = false;
   for (std::size_t i = 0; i < bare.session.rows(); ++i)
     bare.session.reading[i * measured::channels + measured::Channel::yaw] = NAN;
-  EXPECT_TRUE(sure_delays_beyond_map({bare}, measured::gripline_map(), 2.0).empty());
+  EXPECT_TRUE(significant_delays_beyond_map({bare}, measured::gripline_map(), 2.0).empty());
 }
 
 /// A log with the place and these channels alone.
@@ -145,7 +145,7 @@ TEST(RealSessions, NoYawRateIsLateAgainstACourse) {
   const measured::SessionFile file = with_only(test::drive(rig.vehicle.car(), {.seconds = 60}),
                                                {Channel::x, Channel::y, Channel::vx, Channel::yaw_rate});
   ASSERT_TRUE(file.derived_yaw);
-  EXPECT_TRUE(sure_delays_beyond_map({file}, measured::gripline_map(), 2.0).empty());
+  EXPECT_TRUE(significant_delays_beyond_map({file}, measured::gripline_map(), 2.0).empty());
 }
 
 /// Differences of the place are half a step late by themselves.
@@ -161,7 +161,7 @@ TEST(RealSessions, NoSpeedIsLateAgainstThePlaceThatItIsMadeOf) {
   }
   const measured::SessionFile file = with_only(few, {Channel::x, Channel::y, Channel::yaw});
   ASSERT_TRUE(file.derived_velocity);
-  for (const ChannelDelay& delay : sure_delays_beyond_map({file}, measured::gripline_map(), 2.0))
+  for (const ChannelDelay& delay : significant_delays_beyond_map({file}, measured::gripline_map(), 2.0))
     ADD_FAILURE() << delay.name() << " " << delay.seconds;
 }
 

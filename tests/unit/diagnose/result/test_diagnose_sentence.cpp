@@ -99,7 +99,7 @@ TEST(DiagnoseSentence, ANameSaysWhatItCloses) {
 TEST(DiagnoseSentence, SaysWhereOnlyFittedDataSpeakForAName) {
   EXPECT_EQ(sentence(named(1.144, 1.141, 0.0, {-0.003, -0.01, 0.01})),
             "aero_drag (a = 0.72 m/s2) is missing: the fitted data show it, 1 s predictions of data not fitted do not "
-            "surely change (1.14 sensor standard deviations, 1.14 with it); confidence 0.9.");
+            "change significantly (1.14 sensor standard deviations, 1.14 with it); confidence 0.9.");
 }
 
 TEST(DiagnoseSentence, SaysWhereTooLittleIsHeldOutForAnInterval) {

@@ -146,12 +146,12 @@ TEST(Delays, OfWhatWasDerivedNoneIsTold) {
     return std::pair(find(delays, "yaw_rate", "yaw") != nullptr, find(delays, "velocity", "position") != nullptr);
   };
   EXPECT_EQ(told(), std::pair(true, true));
-  for (std::size_t g = 0; g < delay_groups; ++g) EXPECT_TRUE(pose_tells_delay(file, g)) << delay_names[g];
+  for (std::size_t g = 0; g < delay_groups; ++g) EXPECT_TRUE(pose_identifies_delay(file, g)) << delay_names[g];
   file.derived_yaw = true;
   EXPECT_EQ(told(), std::pair(false, true));
   file.derived_velocity = true;
   EXPECT_EQ(told(), std::pair(false, false));
-  for (std::size_t g = 0; g < delay_groups; ++g) EXPECT_EQ(pose_tells_delay(file, g), g < 2) << delay_names[g];
+  for (std::size_t g = 0; g < delay_groups; ++g) EXPECT_EQ(pose_identifies_delay(file, g), g < 2) << delay_names[g];
 }
 
 TEST(Delays, AreLookedForWhereTheMapLeavesThemOpen) {

@@ -110,7 +110,7 @@ TEST(SteadyTurning, IsThatOfTheCarThatDrove) {
     const auto found = turning_of(log_of(car));
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->gradient, car.gradient, 0.1 * std::abs(car.gradient)) << front;
-    EXPECT_GT(found->low * found->high, 0.0) << front;  // surely one of both
+    EXPECT_GT(found->low * found->high, 0.0) << front;  // significantly one of both
     EXPECT_EQ(found->blocks, 9u);
   }
 }
@@ -168,7 +168,7 @@ TEST(SteadyTurning, ALatenessWithWhichNothingCanBeToldIsNotLeftOut) {
   EXPECT_EQ(why_not(log), "");
   const TurningLateness any = {.yaw_rate = {0.0, 0.0, 60.0}, .yaw = {}};
   EXPECT_FALSE(turning_of(log, any));
-  EXPECT_EQ(why_not(log, any), "how late yaw rate or yaw are is not known well enough");
+  EXPECT_EQ(why_not(log, any), "the delay of yaw rate or yaw is not known well enough");
 }
 
 /// Of a car that is nearly neutral, with errors that are alike for seconds: the noise makes the interval.
@@ -311,17 +311,17 @@ TEST(SteadyTurning, SaysWhyItSaysNothing) {
             "too little of them is gentle driving at 1 m/s or faster");
   EXPECT_EQ(why_not(made_up(
                 90, [](double) { return 1.6; }, weave)),
-            "in their corners speeds are too alike to tell it from the steering ratio");
+            "speeds in their corners vary too little to separate it from the steering ratio");
   const auto two_corners = [](double t) {
     const double since = std::fmod(t, 100.0) - 2.0;
     return since > 0.0 && since < 6.0 ? 0.5 * std::sin(std::numbers::pi / 3.0 * since) : 0.0;
   };
   EXPECT_EQ(why_not(made_up(
                 120, [](double t) { return t < 50.0 ? 1.2 : 1.9; }, two_corners)),
-            "less than three stretches of 10 s with corners tell of it");
+            "fewer than three stretches of 10 s with corners determine it");
   for (const double size : {0.0, 0.05})
     EXPECT_EQ(why_not(made_up(90, speed, weave, [=](double t) { return size * std::sin(2.3 * t); })),
-              "the steering in them hardly tells how the car turns, so that its ratio is not known")
+              "the steering in them hardly explains how the car turns, so that its ratio is not known")
         << size;
 }
 
@@ -390,7 +390,7 @@ TEST(SteadyTurning, IsToldInTheFieldsUnit) {
   EXPECT_EQ(one.text(), "oversteers by 0.56 deg/g (0.45 to 0.67)");
   EXPECT_EQ(cornering_text(one.gradient), "oversteers by 0.56 deg/g");
   one.high = 0.0001;
-  EXPECT_EQ(one.text(), "neither surely understeers nor oversteers (-0.67 to 0.056 deg/g)");
+  EXPECT_EQ(one.text(), "neither understeers nor oversteers significantly (-0.67 to 0.056 deg/g)");
 }
 
 }  // namespace test_steady_turning

@@ -44,7 +44,7 @@ TEST(Health, TellsRateGapsHeldChannelsAndJumps) {
 }
 
 /// A car that drives for 100 s, read with white noise, and stands for 120 s, where its channels hardly change.
-TEST(Health, WhatIsUsualIsThatOfACarThatMoves) {
+TEST(Health, TheMedianChangeIsThatOfACarThatMoves) {
   constexpr std::array<double, channels> sigma = {0.01, 0.01, 0.002, 0.03, 0.01, 0.01};
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;

@@ -35,8 +35,8 @@ TEST(RawLog, TheSampleTimeOfRowsInBurstsIsTheirMean) {
   std::vector<double> times;
   for (std::size_t k = 0; k < 400; ++k)
     times.push_back(0.05 * static_cast<double>(k / 4) + 6e-5 * static_cast<double>(k % 4));
-  EXPECT_NEAR(usual_step(times), 0.0125, 2e-4);
-  EXPECT_EQ(usual_step({}), 0.0);
+  EXPECT_NEAR(sampling_interval(times), 0.0125, 2e-4);
+  EXPECT_EQ(sampling_interval({}), 0.0);
 }
 
 }  // namespace test_raw_log

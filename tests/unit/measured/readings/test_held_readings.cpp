@@ -24,7 +24,7 @@ TEST(HeldReadings, RepetitionsAreNoReadings) {
   for (std::size_t r = 0; r < 40; ++r) EXPECT_EQ(std::isnan(values[r]), r % 4 != 0) << r;
 }
 
-TEST(HeldReadings, OneThatStaysForLongIsReadAtTheUsualPace) {
+TEST(HeldReadings, OneThatStaysForLongIsReadAtTheMedianInterval) {
   std::vector<double> values;
   for (std::size_t r = 0; r < 40; ++r) values.push_back(std::floor(static_cast<double>(r) / 4));
   values.resize(80, values.back());
@@ -59,7 +59,7 @@ TEST(HeldReadings, RowsBetweenNewOnesAreCounted) {
 }
 
 TEST(HeldReadings, CoarseReadingsAndACarThatStandsAreNotHeld) {
-  // In steps as large as the usual change from row to row some rows repeat, in no order.
+  // In steps as large as the median change from row to row some rows repeat, in no order.
   EXPECT_EQ(rows_between_new(every(0.1, 1000), slow_wave(10, 1000, 0.08)), 1.0);
   std::vector<double> stands = slow_wave(10, 300, 1e-6);
   stands.resize(1000, stands.back());

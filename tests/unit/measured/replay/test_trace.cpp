@@ -92,15 +92,15 @@ TEST(Log, CommandsAreLinearBetweenSamples) {
 }
 
 /// Nothing can have been left out where a command rests; a jump counts by its size and as it begins and ends.
-TEST(Log, UnrestIsWhereCommandsMove) {
+TEST(Log, VariationIsWhereCommandsMove) {
   Log log = quadratic(6);
   log.command = {{0.5, 0.0}, {0.5, 0.1}, {0.5, 0.2}, {0.5, 0.3}, {0.9, 0.4}, {0.9, 0.5}};
-  const std::vector<Commands> unrest = command_unrest(log);
-  ASSERT_EQ(unrest.size(), 5U);
-  EXPECT_DOUBLE_EQ(unrest[1][0], 0.0);
-  EXPECT_NEAR(unrest[1][1], 0.1, 1e-12) << "a straight line";
-  EXPECT_NEAR(unrest[3][0], 0.4 * std::sqrt(2.0), 1e-12);
-  EXPECT_NEAR(unrest[2][0], 0.4 * std::sqrt(0.5), 1e-12);
+  const std::vector<Commands> variation = command_variation(log);
+  ASSERT_EQ(variation.size(), 5U);
+  EXPECT_DOUBLE_EQ(variation[1][0], 0.0);
+  EXPECT_NEAR(variation[1][1], 0.1, 1e-12) << "a straight line";
+  EXPECT_NEAR(variation[3][0], 0.4 * std::sqrt(2.0), 1e-12);
+  EXPECT_NEAR(variation[2][0], 0.4 * std::sqrt(0.5), 1e-12);
 }
 
 /// A parabola through the samples is bent by an eighth of its second difference.

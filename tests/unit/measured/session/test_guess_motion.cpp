@@ -62,7 +62,7 @@ Guess guess_of_speed(const std::string& header, double factor) {
   return guess_map(read_delimited(file));
 }
 
-TEST(GuessMotion, UnitsOfSpeedNearEachOtherAreToldApart) {
+TEST(GuessMotion, UnitsOfSpeedNearEachOtherAreDistinguished) {
   const auto unit = [](const std::string& header, double factor) {
     const Guess guess = guess_of_speed(header, factor);
     return find_pointer(guess.map, "/channels/vx/unit")->text();
@@ -72,7 +72,8 @@ TEST(GuessMotion, UnitsOfSpeedNearEachOtherAreToldApart) {
   EXPECT_EQ(unit("speed", 1 / 0.3048), "ft/s");
   EXPECT_EQ(unit("speed", 3.6), "km/h");
   EXPECT_EQ(unit("speed", 2.7), "m/s");
-  EXPECT_THAT(guess_of_speed("speed", 2.7).remarks, testing::Contains(testing::HasSubstr("its unit is not told")));
+  EXPECT_THAT(guess_of_speed("speed", 2.7).remarks,
+              testing::Contains(testing::HasSubstr("this does not identify its unit")));
   EXPECT_THAT(guess_of_speed("speed", 1.0).remarks, testing::Not(testing::Contains(testing::HasSubstr("vx:"))));
   for (const char* header : {"speed (knots)", "speed (kts)", "speed [kn]", "speed_knots"})
     EXPECT_EQ(unit(header, 3600.0 / 1852.0), "kn") << header;
@@ -92,13 +93,13 @@ Guess guess_of_held_place(const std::string& speed, double factor, int rows) {
   return guess_map(read_delimited(file));
 }
 
-TEST(GuessMotion, UnitsOfSpeedAreToldByPlacesThatRepeat) {
+TEST(GuessMotion, UnitsOfSpeedAreIdentifiedByPlacesThatRepeat) {
   for (const auto& [unit, factor] : {std::pair("km/h", 3.6), {"kn", 3600.0 / 1852.0}, {"m/s", 1.0}}) {
     const Guess guess = guess_of_held_place("speed", factor, 1200);
     EXPECT_EQ(find_pointer(guess.map, "/channels/vx/unit")->text(), unit);
   }
   EXPECT_THAT(guess_of_held_place("speed", 3.6, 300).remarks,
-              testing::Contains(testing::HasSubstr("the place tells none")));
+              testing::Contains(testing::HasSubstr("the place identifies none")));
 }
 
 TEST(GuessMotion, TheUnitOfANameStandsAndWhatThePathSaysIsTold) {

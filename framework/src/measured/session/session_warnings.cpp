@@ -1,4 +1,4 @@
-#include "measured/session/session_doubts.hpp"
+#include "measured/session/session_warnings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,10 +19,10 @@ namespace {
 
 using std::numbers::pi;
 
-/// The speed over that of the path where it is surely another, so in every eighth of the log that tells it; NaN
+/// The speed over that of the path where the two are inconsistent, so in every eighth of the log that shows it; NaN
 /// elsewhere. Windows in which a car turns far do not count: their ends lie nearer than the way between them.
-double speed_surely_off(const std::vector<SessionWindow>& windows) {
-  constexpr double off = 0.08, surely = 0.05;
+double inconsistent_speed_ratio(const std::vector<SessionWindow>& windows) {
+  constexpr double off = 0.08, off_in_part = 0.05;
   constexpr double farthest = 0.5;  // [rad]
   constexpr std::size_t parts = 8, least_parts = 4;
   const auto ratio_of = [](std::span<const SessionWindow> some) {
@@ -30,7 +30,7 @@ double speed_surely_off(const std::vector<SessionWindow>& windows) {
       const double turn = std::isnan(w.turn) ? w.rate * w.seconds : w.turn;
       return std::abs(turn) < farthest || std::isnan(turn);
     };
-    return usual_ratio(
+    return median_ratio(
         some,
         [&](const SessionWindow& w) {
           return straight(w) ? std::copysign(std::hypot(w.speed, std::isnan(w.side) ? 0.0 : w.side), w.speed) : NAN;
@@ -39,15 +39,15 @@ double speed_surely_off(const std::vector<SessionWindow>& windows) {
   };
   const double all = ratio_of(windows);
   if (!(std::abs(all - 1.0) > off)) return NAN;
-  std::size_t told = 0, agree = 0;
+  std::size_t counted = 0, agree = 0;
   for (std::size_t part = 0; part < parts; ++part) {
     const std::size_t from = part * windows.size() / parts, to = (part + 1) * windows.size() / parts;
     const double one = ratio_of(std::span(windows).subspan(from, to - from));
     if (std::isnan(one)) continue;
-    ++told;
-    agree += (one - 1.0) * std::copysign(1.0, all - 1.0) > surely ? 1 : 0;
+    ++counted;
+    agree += (one - 1.0) * std::copysign(1.0, all - 1.0) > off_in_part ? 1 : 0;
   }
-  return told >= least_parts && agree == told ? all : NAN;
+  return counted >= least_parts && agree == counted ? all : NAN;
 }
 
 /// By how much all but a tenth of some angles are off their median.
@@ -73,7 +73,7 @@ struct CourseForYaw {
 };
 /// Nothing where the sideslip hardly does more than follow the curvature: so does vy of a point behind the other.
 std::optional<CourseForYaw> course_for_yaw(const std::vector<SessionWindow>& windows, double slowest) {
-  constexpr double least = 0.0125, farthest = 0.5;  // [rad] of sideslip that tells, of turning within a window
+  constexpr double least = 0.0125, farthest = 0.5;  // [rad] of sideslip that counts, of turning within a window
   constexpr double close = 0.35;                    // of the sideslip
   constexpr std::size_t enough = 80;
   std::vector<double> off, sideslip, curvature;
@@ -98,7 +98,7 @@ struct Sideways {
 };
 
 /// Moves of the place from row to row in the car's axes, in stretches without gaps.
-std::vector<std::vector<Sideways>> sideways_of(const Session& s) {
+std::vector<std::vector<Sideways>> lateral_moves_of(const Session& s) {
   std::vector<std::vector<Sideways>> out;
   double x = NAN, y = NAN, yaw = NAN;
   for (std::size_t i = 0; i < s.rows(); ++i) {
@@ -144,14 +144,14 @@ double sideways_correlation(const std::vector<std::vector<Sideways>>& stretches,
   if (driven < enough) return NAN;
   const double a = read.value(), b = moved.value();
   if (!std::isfinite(a + b)) return all.value();  // the speed does not vary
-  constexpr double least = 1e-6;  // of the variance that the speed leaves; below it nothing is told but rounding
+  constexpr double least = 1e-6;  // of the variance that the speed leaves; below it there is only rounding
   const double left = std::min(1.0 - a * a, 1.0 - b * b);
   return left > least ? (all.value() - a * b) / std::sqrt((1.0 - a * a) * (1.0 - b * b)) : NAN;
 }
 
 /// The strongest over some spans: the shortest ones miss no quick weave, the longest ones noise of the place.
 double sideways_correlation(const Session& s, double slowest) {
-  const auto stretches = sideways_of(s);
+  const auto stretches = lateral_moves_of(s);
   double strongest = NAN;
   for (const double span : {0.0, 0.1, 0.2, 0.4}) {
     const double found = sideways_correlation(stretches, span, slowest);
@@ -160,8 +160,8 @@ double sideways_correlation(const Session& s, double slowest) {
   return strongest;
 }
 
-void doubt_steering(const Session& s, const std::vector<SessionWindow>& windows, double slowest,
-                    std::vector<Finding>& out) {
+void warn_of_steering(const Session& s, const std::vector<SessionWindow>& windows, double slowest,
+                      std::vector<Finding>& out) {
   std::vector<double> angles;
   for (const auto& c : s.command) angles.push_back(c.delta);
   const bool steers = lower_quantile(angles, 0.99) - lower_quantile(angles, 0.01) > 0.005;  // [rad]
@@ -173,17 +173,17 @@ void doubt_steering(const Session& s, const std::vector<SessionWindow>& windows,
                    "is it the right column?"});
 }
 
-void doubt_speed(const Session& s, const std::vector<SessionWindow>& windows, std::vector<Finding>& out) {
+void warn_of_speed(const Session& s, const std::vector<SessionWindow>& windows, std::vector<Finding>& out) {
   if (!s.has[Channel::x] || !s.has[Channel::vx]) return;
   if (std::isnan(speed_over_path(windows)))
     out.push_back({Finding::Level::bad, "units", "place and speed are hardly ever read together",
                    "not compared: the unit of vx is taken on trust"});
-  else if (const double ratio = speed_surely_off(windows); !std::isnan(ratio))
+  else if (const double ratio = inconsistent_speed_ratio(windows); !std::isnan(ratio))
     out.push_back({Finding::Level::bad, "vx", "is " + significant(ratio) + " times the speed at which x and y move",
                    "its scale may be wrong: another unit (mph, km/h), or of a wheel of another size"});
 }
 
-void doubt_yaw(const std::vector<SessionWindow>& windows, double slowest, std::vector<Finding>& out) {
+void warn_of_yaw(const std::vector<SessionWindow>& windows, double slowest, std::vector<Finding>& out) {
   const auto degrees = [](double radians) { return significant(radians * 180 / pi, 2) + " deg"; };
   if (const auto course = course_for_yaw(windows, slowest))
     out.push_back(
@@ -194,7 +194,7 @@ void doubt_yaw(const std::vector<SessionWindow>& windows, double slowest, std::v
          "the map; or vy is of another point than x and y"});
 }
 
-void doubt_side(const Session& s, double slowest, std::vector<Finding>& out) {
+void warn_of_lateral_speed(const Session& s, double slowest, std::vector<Finding>& out) {
   constexpr double against = -0.6;
   const double side =
       s.has[Channel::x] && s.has[Channel::yaw] && s.has[Channel::vy] ? sideways_correlation(s, slowest) : NAN;
@@ -205,15 +205,15 @@ void doubt_side(const Session& s, double slowest, std::vector<Finding>& out) {
 
 }  // namespace
 
-std::vector<Finding> doubts_about(const SessionFile& file) {
+std::vector<Finding> consistency_warnings(const SessionFile& file) {
   const Session s = at_centre_of_gravity(file);
   const std::vector<SessionWindow> windows = session_windows(s);
   const double slowest = slow_share * typical_speed(s);
   std::vector<Finding> out;
-  doubt_steering(s, windows, slowest, out);
-  if (!file.derived_velocity) doubt_speed(s, windows, out);
-  if (!file.derived_velocity && !file.derived_yaw) doubt_yaw(windows, slowest, out);
-  doubt_side(s, slowest, out);
+  warn_of_steering(s, windows, slowest, out);
+  if (!file.derived_velocity) warn_of_speed(s, windows, out);
+  if (!file.derived_velocity && !file.derived_yaw) warn_of_yaw(windows, slowest, out);
+  warn_of_lateral_speed(s, slowest, out);
   return out;
 }
 

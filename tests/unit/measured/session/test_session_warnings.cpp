@@ -1,4 +1,4 @@
-#include "measured/session/session_doubts.hpp"
+#include "measured/session/session_warnings.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,52 +8,52 @@
 #include "support/session_logs.hpp"
 
 namespace gripline::measured {
-namespace test_session_doubts {
+namespace test_session_warnings {
 
 using testing::HasSubstr;
 using namespace test;
 
-std::string doubts_of(const std::filesystem::path& log, const LogMap& map) {
+std::string warnings_of(const std::filesystem::path& log, const LogMap& map) {
   std::string names;
-  for (const Finding& f : doubts_about(read_session(log, map))) names += f.check + " " + f.found + "; ";
+  for (const Finding& f : consistency_warnings(read_session(log, map))) names += f.check + " " + f.found + "; ";
   return names;
 }
 
-/// What is not refused and surely not right is said.
-TEST(SessionDoubts, ASpeedOfAnotherScaleIsDoubted) {
+/// What is not refused and inconsistent is warned of.
+TEST(SessionWarnings, ASpeedOfAnotherScaleIsFound) {
   const LogMap map = map_of(channels_json(""));
-  for (const double right : {1.0, 0.95, 1.05}) EXPECT_EQ(doubts_of(own_log(right), map), "") << right;
+  for (const double right : {1.0, 0.95, 1.05}) EXPECT_EQ(warnings_of(own_log(right), map), "") << right;
   for (const double wrong : {0.63, 0.88, 1.15, 1.5})
-    EXPECT_THAT(doubts_of(own_log(wrong), map), HasSubstr("times the speed at which x and y move")) << wrong;
+    EXPECT_THAT(warnings_of(own_log(wrong), map), HasSubstr("times the speed at which x and y move")) << wrong;
   // A stretch alone, as of wheels that spin, is no scale.
   const auto part = log_of("t,px,py,psi,v,r,steer",
                            [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
                              out << t << ',' << x << ',' << y << ',' << yaw << ',' << (t < 30.0 ? 12.0 : 10.0) << ','
                                  << rate << ',' << delta << '\n';
                            });
-  EXPECT_EQ(doubts_of(part, map), "");
+  EXPECT_EQ(warnings_of(part, map), "");
 }
 
 /// A car whose heading is off its path; the map reads the heading, or the course.
-TEST(SessionDoubts, ACourseThatStandsForYawIsDoubted) {
+TEST(SessionWarnings, ACourseThatStandsForYawIsFound) {
   const auto log = log_of("t,px,py,psi,course,v,side,r,steer", [](std::ostream& out, double t, double x, double y,
                                                                   double yaw, double rate, double delta) {
     const double lean = 0.06 * std::sin(0.8 * t + 1.0);
     out << t << ',' << x << ',' << y << ',' << yaw + lean << ',' << yaw << ',' << 10.0 * std::cos(lean) << ','
         << -10.0 * std::sin(lean) << ',' << rate << ',' << delta << '\n';
   });
-  const auto doubts = [&](const char* yaw, const char* side) {
+  const auto warnings = [&](const char* yaw, const char* side) {
     std::string text = channels_json(std::string(R"(, "vy": ")") + side + "\"");
     text.replace(text.find("psi"), 3, yaw);
-    return doubts_of(log, map_of(text));
+    return warnings_of(log, map_of(text));
   };
-  EXPECT_EQ(doubts("psi", "side"), "");
-  EXPECT_THAT(doubts("course", "side"), HasSubstr("yaw is where x and y move"));
-  EXPECT_EQ(doubts("course", "0 * side"), "") << "of a car that does not slide both are one";
-  EXPECT_EQ(doubts("course", "0.8 * r"), "") << "vy of a point ahead";
+  EXPECT_EQ(warnings("psi", "side"), "");
+  EXPECT_THAT(warnings("course", "side"), HasSubstr("yaw is where x and y move"));
+  EXPECT_EQ(warnings("course", "0 * side"), "") << "of a car that does not slide both are one";
+  EXPECT_EQ(warnings("course", "0.8 * r"), "") << "vy of a point ahead";
 }
 
-TEST(SessionDoubts, SteeringThatTheCarDoesNotFollowIsDoubted) {
+TEST(SessionWarnings, SteeringThatTheCarDoesNotFollowIsFound) {
   const auto found = [](const char* formula, const char* sideways) {
     const auto log = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
                                                         double rate, double delta) {
@@ -64,7 +64,7 @@ TEST(SessionDoubts, SteeringThatTheCarDoesNotFollowIsDoubted) {
       "delta": ")";
     text.append(formula).append(R"(", "vy": ")").append(sideways).append("\"}}");
     std::string names;
-    for (const Finding& f : doubts_about(read_session(log, map_of(text)))) names.append(f.check).append(" ");
+    for (const Finding& f : consistency_warnings(read_session(log, map_of(text)))) names.append(f.check).append(" ");
     return names;
   };
   EXPECT_EQ(found("steer", "-10 * sin(0.05 * sin(0.8 * t + 1.0))"), "");
@@ -101,18 +101,18 @@ SessionFile quick_weave(double dt, double sign) {
   return file;
 }
 
-/// No rate of rows hides that vy has the wrong sign, and none makes a right one doubtful.
-TEST(SessionDoubts, AVyOfTheWrongSignIsDoubtedAtAnyRate) {
+/// No rate of rows hides that vy has the wrong sign, and none makes a right one seem wrong.
+TEST(SessionWarnings, AVyOfTheWrongSignIsFoundAtAnyRate) {
   for (const double hertz : {100.0, 50.0, 20.0, 10.0})
     for (const double sign : {1.0, -1.0}) {
       std::string names;
-      for (const Finding& f : doubts_about(quick_weave(1.0 / hertz, sign))) names.append(f.check).append(" ");
+      for (const Finding& f : consistency_warnings(quick_weave(1.0 / hertz, sign))) names.append(f.check).append(" ");
       EXPECT_EQ(names, sign > 0 ? "" : "vy ") << hertz << " Hz";
     }
 }
 
-TEST(SessionDoubts, SpeedsThatNoPlaceIsComparedWithAreSaid) {
-  const auto doubts = [](double every) {
+TEST(SessionWarnings, SpeedsThatNoPlaceIsComparedWithAreSaid) {
+  const auto warnings = [](double every) {
     const auto log = log_of("t,px,py,psi,v,r,steer", [&](std::ostream& out, double t, double x, double y, double yaw,
                                                          double rate, double delta) {
       out << t << ',';
@@ -123,13 +123,13 @@ TEST(SessionDoubts, SpeedsThatNoPlaceIsComparedWithAreSaid) {
       out << ',' << yaw << ",10," << rate << ',' << delta << '\n';
     });
     std::string names;
-    for (const Finding& f : doubts_about(read_session(log, map_of(channels_json("")))))
+    for (const Finding& f : consistency_warnings(read_session(log, map_of(channels_json("")))))
       names += f.check + ": " + f.done + "; ";
     return names;
   };
-  EXPECT_EQ(doubts(0.5), "");
-  EXPECT_THAT(doubts(5.0), HasSubstr("units: not compared"));
+  EXPECT_EQ(warnings(0.5), "");
+  EXPECT_THAT(warnings(5.0), HasSubstr("units: not compared"));
 }
 
-}  // namespace test_session_doubts
+}  // namespace test_session_warnings
 }  // namespace gripline::measured
