@@ -89,7 +89,7 @@ class Estimator : public Effect, public TyreCurve {
   virtual void update(const Sample& sample) = 0;
   /// Algorithm 1, line 8: its present estimate. Until it learned anything that is the context's mu_init, or the
   /// friction that a parameter of its own expects; a plugin that needs the truth may return the true friction at any
-  /// time. `trusted` is the stack's to set.
+  /// time. `trusted` is the stack's to set. A number that is not finite or below 0 ends the run.
   virtual Belief belief() const = 0;
   /// By default it knows no tyre.
   bool tyre_force(Axle, std::span<const double>, std::span<double>, std::span<double>) const override { return false; }

@@ -8,8 +8,8 @@
 
 namespace gripline {
 
-/// How a step is integrated: `substeps` equal steps of the method per control step of dt [s]; one in which a delayed
-/// command changes is cut in two there.
+/// How a step is integrated: `substeps` equal steps of the method per control step of dt [s]; one in which delayed
+/// commands change is cut at each of these instants.
 struct Integration {
   const Tableau* tableau = find_tableau("rk4");
   int substeps = 1;

@@ -121,8 +121,8 @@ inline constexpr double far_above_noise = 3.0;
 /// Standardised statistic of a test beyond which the model is rejected. Larger: fewer false alarms, weaker deviations
 /// missed. 4 standard deviations of the joint tests' chi-square are about one chance in thousands.
 inline constexpr double misfit = 4.0;
-/// `misfit` where commands are uncertain by what is counted as normal noise and is not: the world holds them in steps of
-/// which the log left some out, and they jump; or they were rounded in steps that move the car. Larger: fewer true
+/// `misfit` where commands are uncertain by what is counted as normal noise and is not: the world holds them in steps
+/// of which the log left some out, and they jump; or they were rounded in steps that move the car. Larger: fewer true
 /// effects beside something unknown, weaker deviations missed.
 inline constexpr double misfit_uncertain_commands = 8.0;
 /// Standard deviations of a normal that count as much as `misfit` in tests of few functions. Theirs is a cube root

@@ -9,11 +9,12 @@
 
 namespace gripline {
 
-/// Warnings, one line each, without a place in the file: lengths that no car has, a yaw inertia that its mass and axles cannot have.
+/// Warnings, one line each, without a place in the file: lengths that no car has, a yaw inertia that its mass and axles
+/// cannot have.
 std::vector<std::string> plausibility_warnings(const Car& car);
 
-/// The warnings on its car, on a grip of its axles that no tyre has at any factor of the schedule, and on position noise
-/// wider than the road. Constructs the plant in a process of its own; what that refuses gives no warning.
+/// The warnings on its car, on a grip of its axles that no tyre has at any factor of the schedule, and on position
+/// noise wider than the road. Constructs the plant in a process of its own; what that refuses gives no warning.
 std::vector<std::string> plausibility_warnings(const WorldSpec& world);
 
 }  // namespace gripline

@@ -70,8 +70,8 @@ SensorSpec read_sensors(const Node& node, double dt, Errors& errors) {
   return spec;
 }
 
-/// Starts elsewhere than plugins do, which get the seed itself: what they draw has nothing to do with the noise. That is
-/// no secret, and no hash of so few seeds would make it one: a plugin that knows this line can draw the noise again.
+/// Starts elsewhere than plugins do, which get the seed itself: what they draw has nothing to do with the noise. That
+/// is no secret, and no hash of so few seeds would make it one: a plugin that knows this line can draw the noise again.
 Sensors::Sensors(SensorSpec spec, std::uint64_t seed) : spec_(spec), random_(seed * 0x9E3779B97F4A7C15ull + 17) {
   int longest = 0;
   for (const auto& channel : spec_.channels) longest = std::max(longest, channel.delay);

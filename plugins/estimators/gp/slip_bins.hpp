@@ -10,8 +10,9 @@ namespace gripline::gp {
 /// The friction of one axle from its forces: bins of slip hold the mean force relative to a common scale, and the
 /// newest samples set the scale. So forces at large slips count on, scaled to the present friction, while the car
 /// drives with small ones. With mu from the window alone a slower car would show smaller slips and so an even smaller
-/// mu. A force that opposes the slip has no information on mu: the slip is small and noisy, or it has just changed sign.
-/// Left in, such samples would make bins whose mean is near zero or below, against which every other sample is off.
+/// mu. A force that opposes the slip has no information on mu: the slip is small and noisy, or it has just changed
+/// sign. Left in, such samples would make bins whose mean is near zero or below, against which every other sample is
+/// off.
 class SlipBins {
  public:
   /// Slip angle [rad] and lateral force [N] of a sample, both positive to the left.

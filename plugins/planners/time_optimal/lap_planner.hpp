@@ -103,8 +103,8 @@ class LapPlanner : public SpeedPlanner {
     return believed.learned ? std::optional(car) : std::nullopt;
   }
 
-  /// Fills the horizon from the car's place beside followed() on. `grip_here`: friction below the car over that which is
-  /// planned for; `grip_ahead(s)`: friction expected at a station of the base line over that believed below the car.
+  /// Fills the horizon from the car's place beside followed() on. `grip_here`: friction below the car over that which
+  /// is planned for; `grip_ahead(s)`: friction expected at a station of the base line over that believed below the car.
   template <class Grip>
   void drive(const Observation& now, double grip_here, const Grip& grip_ahead, std::span<RefPoint> horizon) {
     // A solver that asked for the place did so on the plan of the step before.

@@ -98,8 +98,8 @@ class RecedingTime final : public LapPlanner {
       throw std::invalid_argument("\"slip_fast\" is not above \"slip_slow\"; expected a higher speed, or 0");
     return params;
   }
-  /// Learns where the road is slippery. In such a place, and until the belief has come back behind it, the road ahead is
-  /// believed to be as it was before the place.
+  /// Learns where the road is slippery. In such a place, and until the belief has come back behind it, the road ahead
+  /// is believed to be as it was before the place.
   void see_places(const State& x, Believed& believed) {
     believed_here_ = mu_of(believed.tyres);
     node_ = setup().node_at(followed().locate(x.x, x.y, x.yaw));

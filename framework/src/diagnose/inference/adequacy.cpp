@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <tuple>
 #include <utility>
 
 #include "diagnose/inference/bases.hpp"
@@ -84,7 +83,7 @@ Knots knots_of(const Problem& problem, Where where) {
   return {static_cast<Index>(count), false, [=](double x) { return std::clamp(x * spacing, 0.0, end); }};
 }
 
-/// What a statistic counts for, by how well commands are known.
+/// What the statistic of a joint test counts for, by how well commands are known.
 double by_commands(const Problem& problem) {
   const bool uncertain = problem.hold().halves || problem.unrounded;
   return uncertain ? thresholds::misfit / thresholds::misfit_uncertain_commands : 1.0;
@@ -192,7 +191,7 @@ std::vector<ResidualTest> residual_tests(const Problem& problem, const Fit& fitt
   add_focused(predicted, fitted, driven, tests);
   for (ResidualTest& test : constancy(problem, fitted, along)) {
     // An effect that changes with time has no interval of its own: its errors are largest where those of all are.
-    if (test.where == Where::time) std::tie(test.from, test.to) = std::pair(over_time.from, over_time.to);
+    if (test.where == Where::time) test.from = over_time.from, test.to = over_time.to;
     tests.push_back(std::move(test));
   }
   return tests;

@@ -15,7 +15,8 @@ struct ResidualTest {
   double gain = 0;  // rise of the log likelihood with all its functions in
   std::size_t dof = 0;
   /// Standardised: (2 gain - dof) / sqrt(2 dof) of the joint tests, which is about standard normal when nothing is
-  /// left; the others are scaled so that thresholds::misfit is their critical value too.
+  /// left; scaled, beside uncertain commands (thresholds::misfit_uncertain_commands) and of the other tests, so that
+  /// thresholds::misfit is the critical value of all.
   double statistic = 0;
   /// Interval where the remainder is largest: lap fractions, seconds or, of a spectral line, hertz.
   double from = 0, to = 0;

@@ -121,8 +121,8 @@ double Searcher::required(std::size_t size, double smaller) const {
   return std::max(thresholds::further_gain, share * (smaller - null_model_->evidence));
 }
 
-/// Whether a model's last effect is worth having. What is put in and what is taken out follow this one rule: by two that
-/// differ a bit, the search put an effect in and took it out for ever.
+/// Whether a model's last effect is worth having. What is put in and what is taken out follow this one rule: by two
+/// that differ a bit, the search put an effect in and took it out for ever.
 bool Searcher::is_worth(const Fit& larger, const Fit& smaller) const {
   return larger.evidence > smaller.evidence + required(larger.model.members.size(), smaller.evidence);
 }

@@ -115,8 +115,8 @@ void add_command_errors(const std::vector<measured::RoundingError>& rounding_err
 }
 
 /// Variances of the first memories. What was commanded before a trace is not known: they may be off their steady values
-/// by as much as memories are along the trace (mean squares), and those of a car that has just started have not built up
-/// at all.
+/// by as much as memories are along the trace (mean squares), and those of a car that has just started have not built
+/// up at all.
 std::vector<double> first_variances(const StagedCar& car, const Trace& trace, const std::vector<double>& memory) {
   const auto m = static_cast<std::size_t>(car.memory());
   const std::vector<double> steady = measured::steady_memory(car, trace);

@@ -14,8 +14,8 @@ constexpr std::size_t chunk = 32;
 /// Part of a step from its ends within which held commands, which jump there, are looked up.
 constexpr double off_its_ends = 1e-9;
 
-/// Fractions of a step between which the commands that act are smooth: 0, their breakpoints, 1, each piece cut so that none
-/// is longer than 1 / substeps.
+/// Fractions of a step between which the commands that act are smooth: 0, their breakpoints, 1, each piece cut so that
+/// none is longer than 1 / substeps.
 std::vector<double> step_knots(const StagedCar& car, const Log& log, int substeps) {
   std::vector<double> corners{0.0};
   const auto add_breakpoint = [&](double late) {

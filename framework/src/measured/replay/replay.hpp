@@ -37,7 +37,8 @@ void predict_one_step(const StagedCar& car, const Trace& trace, const std::vecto
 
 /// Hidden states of a car's effects along the reference, from their steady values at the start: size() rows of memory.
 std::vector<double> simulate_memory(const StagedCar& car, const Trace& trace);
-/// Steady values of the hidden states at every sample, where they would settle under its commands: size() rows.
+/// Steady values of the hidden states at every sample, where they would settle under its commands: size() rows. 0 for
+/// effects that give none (Effect::start_memory).
 std::vector<double> steady_memory(const StagedCar& car, const Trace& trace);
 
 /// Rates at every sample of the reference: size() rows of motion_size (memory rates left out).

@@ -141,8 +141,8 @@ TEST(ResidualTests, FindsAPlaceAndItsInterval) {
   EXPECT_NEAR(0.5 * (place.from + place.to), 0.25, 0.075) << "outside the patch";
 }
 
-/// Rounded commands that are expected values, and held ones of which the log left some out, are no normal noise: a joint
-/// test beside them counts half.
+/// Rounded commands that are expected values, and held ones of which the log left some out, are no normal noise: a
+/// joint test beside them counts half.
 TEST(ResidualTests, CountHalfWhereCommandsAreUncertain) {
   const DiagnoseRig rig;
   const ModelSpec bare = rig.catalogue().null_model();
