@@ -23,6 +23,12 @@ double SearchResult::evidence_alone(std::size_t candidate) const {
   return one->evidence - (old ? first_reference.at({}).evidence : null_model.evidence);
 }
 
+double required_evidence(std::size_t size, double over_null, bool refined) {
+  if (size <= 1) return thresholds::single_gain;
+  const double share = refined ? thresholds::further_share_refined : thresholds::further_share;
+  return std::max(thresholds::further_gain, share * over_null);
+}
+
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -114,11 +120,9 @@ std::vector<const Fit*> Searcher::extend(const Fit& from, std::size_t tries, dou
   return fits;
 }
 
-/// Evidence that the last effect of a model of this size must bring over that of the model without it.
+/// required_evidence() over a model of this evidence.
 double Searcher::required(std::size_t size, double smaller) const {
-  if (size <= 1) return thresholds::single_gain;
-  const double share = first_reference_.empty() ? thresholds::further_share : thresholds::further_share_refined;
-  return std::max(thresholds::further_gain, share * (smaller - null_model_->evidence));
+  return required_evidence(size, smaller - null_model_->evidence, !first_reference_.empty());
 }
 
 /// Whether a model's last effect is worth having. What is put in and what is taken out follow this one rule: by two

@@ -20,7 +20,11 @@ void remove_frames(Channels& r, const Channels& near, const Frame& pose, const F
   if (velocity.yaw != 0.0) {
     const double c = std::cos(velocity.yaw), s = std::sin(velocity.yaw);
     const bool alone = std::isnan(near[Channel::vy]);  // then the car is taken to move straight ahead
-    r[Channel::vx] = alone ? r[Channel::vx] / c : r[Channel::vx] * c - near[Channel::vy] * s;
+    constexpr double sideways = 0.1;                   // such a unit's vx hardly shows that
+    if (alone)
+      r[Channel::vx] = std::abs(c) > sideways ? r[Channel::vx] / c : not_a_number;
+    else
+      r[Channel::vx] = r[Channel::vx] * c - near[Channel::vy] * s;
     r[Channel::vy] = r[Channel::vy] * c + near[Channel::vx] * s;
   }
   if ((velocity.x != 0.0 || velocity.y != 0.0) && !std::isnan(near[Channel::yaw_rate])) {

@@ -182,11 +182,14 @@ class Checks {
 
   /// Heading against course. A compass runs clockwise from north, this project's yaw counter-clockwise from +x.
   void heading() const {
-    std::vector<double> off, against;
+    constexpr double slides = 0.5, mostly = 0.6;  // [rad] off the path; share of the windows that are not
+    constexpr double spins = 0.5;                 // [rad/s]: a yaw that stands still beside the path is no spin
+    std::vector<double> off, against, turning;
     for (const SessionWindow& w : windows_) {
       if (!(std::abs(speed_of(w)) > slow_share * v_ref_) || !std::isfinite(w.course + w.heading)) continue;
       off.push_back(std::remainder(w.heading - w.course, 2 * pi));
       against.push_back(std::remainder(w.heading + w.course, 2 * pi));
+      if (std::abs(off.back()) > slides) turning.push_back(std::abs(w.turn) / w.seconds);
     }
     if (off.size() < 20) return;
     const std::complex<double> direct = mean_direction(off), mirrored = mean_direction(against);
@@ -208,9 +211,8 @@ class Checks {
              significant(std::arg(mirrored) * 180 / pi) +
              " deg; a compass counts clockwise (\"formula\": \"pi/2 - rad(heading)\"), or y points to the right");
     // A car that spins now and then points elsewhere than it goes.
-    constexpr double slides = 0.5, mostly = 0.6;  // [rad]; share of the windows
-    const auto along = std::ranges::count_if(off, [](double angle) { return std::abs(angle) < slides; });
-    if (static_cast<double>(along) > mostly * static_cast<double>(off.size())) return;
+    const bool few = static_cast<double>(turning.size()) < (1.0 - mostly) * static_cast<double>(off.size());
+    if (few && upper_median(std::move(turning), 0.0) > spins) return;
     refuse("yaw and the path of x and y do not belong together (spread " + significant(1.0 - std::abs(direct)) +
            " of 1)" +
            (widest > 2.5 * pi ? "; yaw goes to " + significant(widest) +
