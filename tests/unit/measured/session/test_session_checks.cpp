@@ -159,11 +159,12 @@ TEST(SessionChecks, ACarThatSpinsIsNoWrongYaw) {
         << rate + (spins ? spin : 0.0) << ',' << delta << '\n';
   });
   EXPECT_EQ(why(spinning, map_of(channels_json(""))), "fine");
-  const auto stuck = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,
-                                                        double rate, double delta) {
-    const bool stands = t > 10.0 && t < 23.0;
-    out << t << ',' << x << ',' << y << ',' << (stands ? -2.0 : yaw) << ',' << 10 << ',' << rate << ',' << delta << '\n';
-  });
+  const auto stuck = log_of("t,px,py,psi,v,r,steer",
+                            [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+                              const bool stands = t > 10.0 && t < 23.0;
+                              out << t << ',' << x << ',' << y << ',' << (stands ? -2.0 : yaw) << ',' << 10 << ','
+                                  << rate << ',' << delta << '\n';
+                            });
   EXPECT_THAT(why(stuck, map_of(channels_json(""))), HasSubstr("do not belong together")) << "a yaw that stands still";
 }
 
