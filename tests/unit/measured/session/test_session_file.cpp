@@ -182,35 +182,28 @@ TEST(SessionFile, ACourseHasNoAxesThatAMapCouldTurn) {
     ASSERT_EQ(centre.at(i, Channel::yaw), file.session.at(i, Channel::yaw)) << i;
 }
 
-/// Places are lost from 10 to 12 s.
-TEST(SessionFile, OverAGapNoVelocityIsDerived) {
+/// What is read of a log with steering and, at some times, places.
+Session session_of_places(bool (*shown)(double t)) {
   const auto log =
-      log_of("t,px,py,steer", [](std::ostream& out, double t, double x, double y, double, double, double d) {
+      log_of("t,px,py,steer", [=](std::ostream& out, double t, double x, double y, double, double, double d) {
         out << t << ',';
-        if (t < 10.0 - 1e-9 || t > 12.0 - 1e-9)
+        if (shown(t))
           out << x << ',' << y;
         else
           out << ',';
         out << ',' << d << '\n';
       });
-  const Session s =
-      read_session(log, map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "delta": "steer"}})")).session;
+  return read_session(log, map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "delta": "steer"}})")).session;
+}
+
+TEST(SessionFile, OverAGapNoVelocityIsDerived) {
+  const Session s = session_of_places([](double t) { return t < 10.0 - 1e-9 || t > 12.0 - 1e-9; });
   EXPECT_TRUE(std::isnan(s.at(240, Channel::vx)) && std::isnan(s.at(240, Channel::yaw)));
   EXPECT_NEAR(s.at(241, Channel::vx), 10.0, 1e-6);
 }
 
 TEST(SessionFile, FromPlacesThatAreAlwaysFarApartVelocitiesAreDerived) {
-  const auto log =
-      log_of("t,px,py,steer", [](std::ostream& out, double t, double x, double y, double, double, double d) {
-        out << t << ',';
-        if (std::lround(t / 0.05) % 10 == 0)  // at 2 Hz
-          out << x << ',' << y;
-        else
-          out << ',';
-        out << ',' << d << '\n';
-      });
-  const Session s =
-      read_session(log, map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "delta": "steer"}})")).session;
+  const Session s = session_of_places([](double t) { return std::lround(t / 0.05) % 10 == 0; });  // at 2 Hz
   EXPECT_NEAR(s.at(100, Channel::vx), 10.0, 0.2);
 }
 

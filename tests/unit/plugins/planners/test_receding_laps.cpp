@@ -242,7 +242,7 @@ TEST_F(RecedingLapsAfterAWrongBelief, AStandingCarGetsItsPlanBack) {
 }
 
 /// A car beside its plan or faster than it, which goes on along the base line.
-class RecedingLapsAstray : public RecedingLapsAfterAWrongBelief {
+class RecedingLapsOffPlan : public RecedingLapsAfterAWrongBelief {
  protected:
   std::size_t node() const { return setup_->node_at(at_); }
   const LapPlan::Node& planned() const { return plan_.nodes[node()]; }
@@ -273,7 +273,7 @@ class RecedingLapsAstray : public RecedingLapsAfterAWrongBelief {
   }
 };
 
-TEST_F(RecedingLapsAstray, APlanBeginsWithTheCarsOwnStateAndJoinsTheLap) {
+TEST_F(RecedingLapsOffPlan, APlanBeginsWithTheCarsOwnStateAndJoinsTheLap) {
   drive(3.0, believed(0.8));
   const LapPlan before = plan_;
   const std::size_t here = node();
@@ -292,7 +292,7 @@ TEST_F(RecedingLapsAstray, APlanBeginsWithTheCarsOwnStateAndJoinsTheLap) {
 }
 
 // In the middle of braking for a turn nobody can be a quarter faster and stay on the road.
-TEST_F(RecedingLapsAstray, WhereNoPlanBeginsWithTheCarItBeginsNearby) {
+TEST_F(RecedingLapsOffPlan, WhereNoPlanBeginsWithTheCarItBeginsNearby) {
   const auto loss = [&](std::size_t k) { return plan_.nodes[k].v - plan_.nodes[(k + 5) % plan_.nodes.size()].v; };
   std::size_t hardest = 0;
   for (std::size_t k = 0; k < plan_.nodes.size(); ++k)
@@ -306,7 +306,7 @@ TEST_F(RecedingLapsAstray, WhereNoPlanBeginsWithTheCarItBeginsNearby) {
   EXPECT_LT(outside(), 2e-3);
 }
 
-TEST_F(RecedingLapsAstray, ACarThatIsBackHasThePlanThatItHadBefore) {
+TEST_F(RecedingLapsOffPlan, ACarThatIsBackHasThePlanThatItHadBefore) {
   drive(3.0, believed(0.8));
   const LapPlan before = plan_;
   const std::size_t here = node();
@@ -318,7 +318,7 @@ TEST_F(RecedingLapsAstray, ACarThatIsBackHasThePlanThatItHadBefore) {
 }
 
 /// The curvature that a plan says it has, beside that of the path which it makes.
-class RecedingLapsCurvature : public RecedingLapsAstray {
+class RecedingLapsCurvature : public RecedingLapsOffPlan {
  protected:
   std::size_t size() const { return plan_.nodes.size(); }
   /// Change of heading from the node before to the one after [rad], and the path between the middles of their intervals
