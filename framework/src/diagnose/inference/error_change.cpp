@@ -66,7 +66,7 @@ ErrorChange compare(const StartErrors& with, const StartErrors& without) {
   }
   out.low = lower_quantile(changes, 0.025);
   out.high = lower_quantile(changes, 0.975);
-  if (!many) widen(out, a.size());
+  widen(out, a.size());
   return out;
 }
 

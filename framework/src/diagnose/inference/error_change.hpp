@@ -27,8 +27,9 @@ struct ErrorChange {
 };
 
 /// Compares two models' predictions from the same starts. The interval is that of resampled blocks of
-/// thresholds::rollout_block starts; where these are fewer than thresholds::fewest_rollout_blocks, of blocks of
-/// thresholds::short_rollout_block, widened as few blocks ask for; where these are fewer, too, there is none.
+/// thresholds::rollout_block starts, widened as their number asks for; where these are fewer than
+/// thresholds::fewest_rollout_blocks, of blocks of thresholds::short_rollout_block; where these are fewer, too, there
+/// is none.
 ErrorChange compare(const StartErrors& with, const StartErrors& without);
 
 }  // namespace gripline::diagnose

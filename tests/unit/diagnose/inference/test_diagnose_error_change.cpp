@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "diagnose/thresholds.hpp"
+
 namespace gripline::diagnose {
 namespace test_diagnose_error_change {
 
@@ -53,9 +55,33 @@ TEST(ErrorChange, AFewSecondsHaveAWiderInterval) {
     const ErrorChange half = compare(errors(4001, starts, 1.0), errors(4002, starts, 4.0));
     return half.high - half.low;
   };
-  EXPECT_GT(width(8), width(13));
+  EXPECT_GT(width(8), width(20));
   EXPECT_FALSE(compare(errors(804, 6, 1.0), errors(805, 6, 9.0)).measured());
   EXPECT_TRUE(compare(errors(804, 7, 1.0), errors(805, 7, 9.0)).measured());
+}
+
+/// Errors of one block that stay the same: as many pieces of evidence as blocks.
+StartErrors errors_in_blocks(std::uint64_t seed, std::size_t blocks) {
+  StartErrors out;
+  const StartErrors one_each = errors(seed, blocks, 4.0);
+  for (std::size_t i = 0; i < blocks * thresholds::rollout_block; ++i) {
+    out.square.push_back(one_each.square[i / thresholds::rollout_block]);
+    out.readings.push_back(300.0);
+  }
+  return out;
+}
+
+/// Of models that predict equally well, one pair in twenty may be told apart. By resampled blocks alone it would be one
+/// in five of four blocks and one in eleven of ten.
+TEST(ErrorChange, EqualModelsAreRarelyToldApart) {
+  constexpr int pairs = 400;
+  for (const std::size_t blocks : {4, 6, 10, 20}) {
+    int told = 0;
+    for (std::uint64_t seed = 0; seed < pairs; ++seed)
+      told += compare(errors_in_blocks(5000 + seed, blocks), errors_in_blocks(6000 + seed, blocks)).in_words() !=
+              "cannot tell";
+    EXPECT_LE(told, pairs * 8 / 100) << blocks << " blocks";
+  }
 }
 
 /// Errors that stay the same for seconds are one piece of evidence, not many.
