@@ -230,6 +230,8 @@ inline constexpr double left_of_delay = 0.25;
 /// Standard deviation, in samples, of a delay by what readings do between samples: speeds are read as linear there, and
 /// bend where held commands jump. Larger: wider intervals of delays.
 inline constexpr double delay_between_samples = 0.05;
+/// The longest delay of a place that a lever may stand for [s]. Larger: levers of metres on slow cars are tried as one.
+inline constexpr double longest_late_place = 0.6;
 /// Probability that the interval misses the delay: a delay is named in front of everything else, so that each of the
 /// two groups of channels has half of the verdicts' false alarms (1 %). Larger: coloured noise passes for a delay.
 inline constexpr double false_delay = 0.005;

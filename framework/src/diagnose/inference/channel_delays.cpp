@@ -230,4 +230,11 @@ LogFile without_delays(const LogFile& file, std::span<const ChannelDelay> delays
   return out;
 }
 
+std::vector<LogFile> without_delays(std::span<const LogFile> logs, std::span<const ChannelDelay> delays) {
+  std::vector<LogFile> out;
+  out.reserve(logs.size());
+  for (const LogFile& log : logs) out.push_back(without_delays(log, delays));
+  return out;
+}
+
 }  // namespace gripline::diagnose

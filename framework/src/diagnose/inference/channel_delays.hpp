@@ -44,5 +44,6 @@ ChannelDelay refined(ChannelDelay delay, const Catalogue& catalogue, const Fit& 
 
 /// The log as its channels would show it without these delays; what would have come after its end is missing.
 LogFile without_delays(const LogFile& log, std::span<const ChannelDelay> delays);
+std::vector<LogFile> without_delays(std::span<const LogFile> logs, std::span<const ChannelDelay> delays);
 
 }  // namespace gripline::diagnose

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "diagnose/inference/late_place.hpp"
 #include "diagnose/inference/preparation.hpp"
 #include "diagnose/inference/reference.hpp"
 #include "diagnose/inference/search.hpp"
@@ -51,12 +52,15 @@ Findings with_late_channels(std::span<const ChannelDelay> delays, Findings found
   return found;
 }
 
+/// The fit that says what is left of delays.
+const Fit& fit_of_delays(const Findings& found) { return found.fit.theta.empty() ? found.null_model : found.fit; }
+
 /// Delays as results, refined by what the model found says of them.
 std::vector<NamedEffect> named_delays(std::span<const ChannelDelay> delays, const Catalogue& catalogue,
                                       const Findings& found, const ErrorChange& by_delays) {
   std::vector<NamedEffect> named;
   for (const ChannelDelay& one : delays) {
-    named.push_back(named_delay(refined(one, catalogue, found.fit.theta.empty() ? found.null_model : found.fit)));
+    named.push_back(named_delay(refined(one, catalogue, fit_of_delays(found))));
     named.back().rollout = by_delays;
   }
   return named;
@@ -97,23 +101,10 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   const std::vector<LogFile> logs = each_once(given), held_out = each_once(given_held_out);
   std::vector<ChannelDelay> delays = significant_delays(logs, SpeedsBy::displacements_too);
   keep_open(delays, logs, catalogue_);
-  if (delays.empty()) return with_sentence(assemble(search(logs, held_out, false, progress), {}));
-  const auto search_on_time = [&] {
-    const auto on_time = [&](const std::vector<LogFile>& late) {
-      std::vector<LogFile> out;
-      out.reserve(late.size());
-      for (const LogFile& log : late) out.push_back(without_delays(log, delays));
-      return out;
-    };
-    return search(on_time(logs), on_time(held_out), true, progress);
-  };
-  Findings found = search_on_time();
-  // A delay that was off by more than what was left open is taken off anew.
-  constexpr int rounds = 2;
-  for (int round = 0; round < rounds && move_limited(delays, catalogue_, found.null_model); ++round) {
-    keep_open(delays, logs, catalogue_);
-    found = search_on_time();
-  }
+  Findings found = search_on_time(logs, held_out, delays, DelaysMovedBy::null_model, progress);
+  if (put_late_place_for_lever(delays, logs, found.fit))
+    found = search_on_time(logs, held_out, delays, DelaysMovedBy::model_found, progress);
+  if (delays.empty()) return with_sentence(assemble(std::move(found), {}));
   // The gap is that of the logs as they came.
   GapsFromDelays from = gaps_from_delays(HoldOut(late_problem(logs), road_, held_out), *hold_out_, catalogue_, found);
   if (from.by_delays.harms() && found.wrong_channel) {
@@ -123,6 +114,50 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   static_cast<PredictionGaps&>(found) = std::move(from.gaps);
   std::vector<NamedEffect> named = named_delays(delays, catalogue_, found, from.by_delays);
   return with_sentence(assemble(std::move(found), std::move(named)));
+}
+
+/// What is missing of logs with these delays taken off, for which the catalogue must be open. A delay that was off by
+/// more than what was left open is taken off anew.
+Findings Diagnoser::search_on_time(std::span<const LogFile> logs, std::span<const LogFile> held_out,
+                                   std::vector<ChannelDelay>& delays, DelaysMovedBy by,
+                                   const ProgressCallback& progress) {
+  if (delays.empty()) return search(logs, held_out, false, progress);
+  const auto once = [&] {
+    return search(without_delays(logs, delays), without_delays(held_out, delays), true, progress);
+  };
+  Findings found = once();
+  constexpr int rounds = 2;
+  for (int round = 0; round < rounds; ++round) {
+    const Fit& fitted = by == DelaysMovedBy::null_model ? found.null_model : fit_of_delays(found);
+    if (!move_limited(delays, catalogue_, fitted)) break;
+    keep_open(delays, logs, catalogue_);
+    found = once();
+  }
+  return found;
+}
+
+/// Where a late place explains the logs better than the lever found does, adds its delay to these and opens the
+/// catalogue for it; else all stays as it is. Asked after a search, whose noise and commands it takes over.
+bool Diagnoser::put_late_place_for_lever(std::vector<ChannelDelay>& delays, std::span<const LogFile> logs,
+                                         const Fit& found) {
+  const std::optional<ChannelDelay> late = delay_for_lever(catalogue_, found, logs);
+  if (!late || std::ranges::find(delays, late->group, &ChannelDelay::group) != delays.end()) return false;
+  std::vector<ChannelDelay> with_place = delays;
+  with_place.insert(with_place.begin(), *late);  // the first group
+  keep_open(with_place, logs, catalogue_);
+  Problem problem = problem_;
+  problem.traces = late_problem(without_delays(logs, with_place)).traces;
+  Fit fitted = fit(problem, with_delays_for_lever(catalogue_, found.model), found.noise);
+  smooth_reference(problem, road_, fitted);
+  fitted = fit(problem, fitted.model, fitted.noise, thresholds::result_iterations);
+  // Readings that would have come after a log's end are missing here, which counts for the lever.
+  const bool better = fitted.cost < found.cost;
+  if (better) {
+    with_place.front() = refined(with_place.front(), catalogue_, fitted);
+    delays = std::move(with_place);
+  }
+  keep_open(delays, logs, catalogue_);
+  return better;
 }
 
 /// What is missing of logs, as they are.

@@ -39,6 +39,12 @@ class Diagnoser {
  private:
   Findings search(std::span<const LogFile> logs, std::span<const LogFile> held_out, bool delays_taken_off,
                   const ProgressCallback& progress);
+  /// Whose fit says by what delays are off: effects that stand for a part of a delay hide that, and missing ones feign
+  /// it.
+  enum class DelaysMovedBy { null_model, model_found };
+  Findings search_on_time(std::span<const LogFile> logs, std::span<const LogFile> held_out,
+                          std::vector<ChannelDelay>& delays, DelaysMovedBy by, const ProgressCallback& progress);
+  bool put_late_place_for_lever(std::vector<ChannelDelay>& delays, std::span<const LogFile> logs, const Fit& found);
   Prepared prepare_logs(std::span<const LogFile> logs) const;
   Problem late_problem(std::span<const LogFile> logs) const;
   Channels stated_noise() const;
