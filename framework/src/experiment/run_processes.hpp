@@ -34,7 +34,8 @@ class PauseWatch {
 };
 
 /// Makes this process the one that collects the processes of runs and what those leave behind, whatever signal handling
-/// it was started with: SIGCHLD is handled as usual, and orphans are handed to this process.
+/// it was started with: SIGCHLD is handled as usual, and orphans are handed to this process. Orphans that other children
+/// of this process leave meanwhile come to it as well; nobody ends or collects those.
 class ParentOfRuns {
  public:
   ParentOfRuns();
