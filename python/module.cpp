@@ -5,15 +5,20 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/program_options/errors.hpp>
 #include <cmath>
 #include <deque>
 #include <iostream>
+#include <mutex>
+#include <new>
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gripline/plugin.hpp>
@@ -41,6 +46,81 @@ Array array_of(std::initializer_list<double> numbers) {
   return out;
 }
 Array array_of(const State& x) { return array_of({x.x, x.y, x.yaw, x.vx, x.vy, x.omega, x.delta}); }
+
+// ---- threads ----
+
+// The host is made for one thread: of those that call this module the others wait. Threads that stay in Python go on
+// during a command, which has released the interpreter's lock and takes it where it prints and asks Python classes.
+// Commands race in forks of this process: a fork holds the lock and is a process in which Python can go on.
+std::mutex one_call;
+thread_local int calls = 0;                      // of this thread, each within the one before
+thread_local PyThreadState* released = nullptr;  // this thread's, while a command is without the lock
+thread_local bool taken_for_fork = false;
+thread_local PyObject* random_numbers = nullptr;  // the state of Python's own generator at a fork
+
+/// The calling thread's turn. Constructed and destroyed with the interpreter's lock.
+class Turn {
+ public:
+  Turn() {
+    if (calls == 0 && !one_call.try_lock()) {
+      const py::gil_scoped_release others_go_on;
+      one_call.lock();
+    }
+    ++calls;
+  }
+  ~Turn() {
+    if (--calls == 0) one_call.unlock();
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+};
+
+/// Without the interpreter's lock for as long as it lives.
+class WithoutPython {
+ public:
+  WithoutPython() : outer_(released) { released = PyEval_SaveThread(); }
+  ~WithoutPython() { PyEval_RestoreThread(std::exchange(released, outer_)); }
+  WithoutPython(const WithoutPython&) = delete;
+  WithoutPython& operator=(const WithoutPython&) = delete;
+
+ private:
+  PyThreadState* outer_;
+};
+
+/// Calls a function of the module `random` where a program uses that: what it gives, or null.
+PyObject* ask_random(const char* function, PyObject* argument) {
+  PyObject* const random = PyDict_GetItemString(PyImport_GetModuleDict(), "random");  // borrowed
+  PyObject* const given = random == nullptr     ? nullptr
+                          : argument == nullptr ? PyObject_CallMethod(random, function, nullptr)
+                                                : PyObject_CallMethod(random, function, "(O)", argument);
+  if (given == nullptr) PyErr_Clear();
+  return given;
+}
+
+// Handlers of pthread_atfork. A fork that Python itself makes (os.fork) holds the lock and has its own.
+void before_fork() {
+  taken_for_fork = released != nullptr && PyGILState_Check() == 0;
+  if (!taken_for_fork) return;
+  PyEval_RestoreThread(released);
+  random_numbers = ask_random("getstate", nullptr);
+  PyOS_BeforeFork();
+}
+void after_fork_here() {
+  if (!std::exchange(taken_for_fork, false)) return;
+  PyOS_AfterFork_Parent();
+  Py_CLEAR(random_numbers);
+  released = PyEval_SaveThread();
+}
+/// The child keeps the lock: its only thread is this one. Python seeds `random` anew there; runs go on with the numbers
+/// of the process that started them, as with those of NumPy.
+void after_fork_in_child() {
+  if (calls == 0) new (&one_call) std::mutex;  // another thread, which is not here, may have had the turn
+  if (!std::exchange(taken_for_fork, false)) return;
+  released = nullptr;
+  PyOS_AfterFork_Child();
+  if (random_numbers != nullptr) Py_XDECREF(ask_random("setstate", random_numbers));
+  Py_CLEAR(random_numbers);
+}
 
 // ---- Python classes as plugins ----
 
@@ -101,6 +181,7 @@ class PythonEstimator final : public Estimator {
         correction_(instance_.attr("correction")) {}
 
   void update(const Sample& k) override {
+    const py::gil_scoped_acquire lock;
     py::dict sample;
     sample["t"] = k.t;
     sample["dt"] = k.dt;
@@ -114,11 +195,13 @@ class PythonEstimator final : public Estimator {
     update_(sample);
   }
   Belief belief() const override {
+    const py::gil_scoped_acquire lock;
     const auto [front, rear] = belief_().cast<std::pair<double, double>>();
     return {front, rear, 0, 0, false};
   }
   void apply(const Points<double>& points) const override {
     if (points.n == 0) return;
+    const py::gil_scoped_acquire lock;
     Array rows = make_rows(points.n);
     for (std::size_t i = 0; i < points.n; ++i) fill(rows.mutable_data() + i * inputs, points.q[i]);
     const Array out = ask(rows);
@@ -131,6 +214,7 @@ class PythonEstimator final : public Estimator {
   /// Derivatives by central differences: all points, moved both ways along every input, in one call.
   void apply(const Points<Dual8>& points) const override {
     if (points.n == 0) return;
+    const py::gil_scoped_acquire lock;
     Array rows = make_rows(points.n * (1 + 2 * inputs));
     double* row = rows.mutable_data();
     for (std::size_t i = 0; i < points.n; ++i) {
@@ -189,6 +273,7 @@ class PythonController final : public Controller {
         horizon_(instance_.attr("horizon").cast<int>()) {}
   int horizon() const noexcept override { return horizon_; }
   Command control(const Observation& now, std::span<const RefPoint> horizon, Prediction&) override {
+    const py::gil_scoped_acquire lock;
     py::dict seen;
     seen["t"] = now.t;
     seen["x"] = array_of(now.x);
@@ -218,6 +303,7 @@ constexpr std::size_t most_classes = 512;
 
 void* make(std::size_t slot, const PluginContext* context, const abi::ParamValue* values, char* error,
            std::size_t size) {
+  const py::gil_scoped_acquire lock;
   const Offered& plugin = offered()[slot];
   try {
     if (plugin.decl.kind == abi::Kind::estimator)
@@ -235,6 +321,12 @@ void* make_slot(const PluginContext* context, const abi::ParamValue* values, cha
 template <std::size_t... slot>
 constexpr auto makers(std::index_sequence<slot...>) {
   return std::array{&make_slot<slot>...};
+}
+
+template <class Interface>
+void destroy(void* plugin) {
+  const py::gil_scoped_acquire lock;
+  delete static_cast<Interface*>(plugin);
 }
 
 using ParamRow = std::tuple<std::string, double, std::string, double, double, std::string>;
@@ -261,8 +353,7 @@ void offer(const std::string& kind, const std::string& id, const std::string& ve
   one.decl.param_count = one.params.size();
   one.decl.advice = "";
   one.decl.create = create[offered().size() - 1];
-  one.decl.destroy = estimates ? +[](void* p) { delete static_cast<Estimator*>(p); }
-                               : +[](void* p) { delete static_cast<Controller*>(p); };
+  one.decl.destroy = estimates ? &destroy<Estimator> : &destroy<Controller>;
   offer_plugin({&one.decl, one.source});
 }
 
@@ -273,7 +364,10 @@ void offer(const std::string& kind, const std::string& id, const std::string& ve
 int call(int (*command)(tools::Arguments), const std::vector<std::string>& words) {
   const py::scoped_ostream_redirect out(std::cout, py::module_::import("sys").attr("stdout"));
   const py::scoped_ostream_redirect err(std::cerr, py::module_::import("sys").attr("stderr"));
-  const int code = command(words);
+  const int code = [&] {
+    const WithoutPython other_threads_go_on;
+    return command(words);
+  }();
   if (StopSignal::seen()) {
     PyErr_SetNone(PyExc_KeyboardInterrupt);
     throw py::error_already_set();
@@ -407,17 +501,24 @@ PYBIND11_MODULE(_gripline, m) {
       PyErr_SetString(PyExc_ValueError, wrong.what());
     }
   });
-  m.def("set_program", [](const std::string& file, const std::string& prefix) { set_program(file, prefix); });
-  m.def("offer", offer);
-  m.def("compare", [](const std::vector<std::string>& words) { return call(tools::run_compare, words); });
-  m.def("run", [](const std::vector<std::string>& words) { return call(tools::run_one, words); });
-  m.def("diagnose", [](const std::vector<std::string>& words) { return call(tools::run_diagnose, words); });
-  m.def("first_run", first_run);
+  pthread_atfork(before_fork, after_fork_here, after_fork_in_child);
+  const py::call_guard<Turn> in_turn;
+  m.def(
+      "set_program", [](const std::string& file, const std::string& prefix) { set_program(file, prefix); }, in_turn);
+  m.def("offer", offer, in_turn);
+  m.def(
+      "compare", [](const std::vector<std::string>& words) { return call(tools::run_compare, words); }, in_turn);
+  m.def(
+      "run", [](const std::vector<std::string>& words) { return call(tools::run_one, words); }, in_turn);
+  m.def(
+      "diagnose", [](const std::vector<std::string>& words) { return call(tools::run_diagnose, words); }, in_turn);
+  m.def("first_run", first_run, in_turn);
   py::class_<Race>(m, "Race")
       .def(py::init<const std::string&, const std::string&, const std::vector<std::string>&,
-                    const std::vector<std::string>&>())
-      .def("reset", &Race::reset)
-      .def("step", &Race::step)
+                    const std::vector<std::string>&>(),
+           in_turn)
+      .def("reset", &Race::reset, in_turn)
+      .def("step", &Race::step, in_turn)
       .def_property_readonly_static("observation_names", [](const py::object&) { return Race::observation_names(); })
       .def_property_readonly("limits", &Race::limits)
       .def_property_readonly("dt", &Race::dt)

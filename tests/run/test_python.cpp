@@ -114,6 +114,43 @@ TEST_F(Python, AChangedClassIsRacedAgainAndItsWordsAreKept) {
   EXPECT_THAT(outcome.out, testing::Not(HasSubstr("already there")));
 }
 
+/// Threads of the program go on during a command, also one that holds the interpreter's lock as runs are forked; a call
+/// from another thread waits for its turn.
+TEST_F(Python, OtherThreadsGoOnDuringACommand) {
+  const std::string program =
+      "import threading, time\n"
+      "class Idle(gripline.Estimator):\n"
+      "    id = 'idle'\n"
+      "    def update(self, sample): self.seen = sample['t']\n"
+      "ticks, over = 0, False\n"
+      "def tick():\n"
+      "    global ticks\n"
+      "    while not over:\n"
+      "        time.sleep(0.01)\n"
+      "        ticks += 1\n"
+      "def spin():\n"
+      "    while not over: sum(range(100))\n"
+      "def races(out):\n"
+      "    gripline.compare(FILE, plugins=[Idle], out=out, set={'/claims': [], '/world/duration': 5,\n"
+      "                     '/stacks/slow': {'estimator': {'plugin': 'idle'}}})\n"
+      "for one in (tick, spin): threading.Thread(target=one, daemon=True).start()\n"
+      "begun, before = time.time(), ticks\n"
+      "races('alone')\n"
+      "seen, took = ticks - before, time.time() - begun\n"
+      "assert seen > 10 * took, (seen, took)  # a hundred a second at best\n"
+      "both = [threading.Thread(target=races, args=[out], daemon=True) for out in ('one', 'two')]\n"
+      "for one in both: one.start()\n"
+      "for one in both: one.join()\n"
+      "over = True\n"
+      "for out in ('alone', 'one', 'two'):\n"
+      "    states = [str(status) for status in gripline.load_table(out, 'runs')['status']]\n"
+      "    assert states == 4 * ['finished'], states\n";
+  std::string text = "FILE = '";
+  text.append((fixture_dir() / "experiments/good.json").string()).append("'\n").append(program);
+  const Outcome outcome = script(text);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
 TEST_F(Python, ARaceIsAnEnvironmentOfGymnasiumWhereThatIsInstalled) {
   write_text(folder_ / "gymnasium/__init__.py",
              "class Env:\n"

@@ -7,13 +7,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <csignal>
-#include <cstring>
-#include <iostream>
 #include <iterator>
-#include <stdexcept>
 #include <utility>
 
 #include "experiment/run_folder.hpp"
@@ -41,25 +37,15 @@ PauseWatch::~PauseWatch() { sigaction(SIGTSTP, &before_, nullptr); }
 bool PauseWatch::take() { return std::exchange(pause_seen, 0) != 0; }
 
 ParentOfRuns::ParentOfRuns() {
-  struct sigaction usual {};
-  usual.sa_handler = SIG_DFL;
-  sigaction(SIGCHLD, &usual, &before_);
   prctl(PR_GET_CHILD_SUBREAPER, &was_subreaper_);
   prctl(PR_SET_CHILD_SUBREAPER, 1);
 }
 
-ParentOfRuns::~ParentOfRuns() {
-  prctl(PR_SET_CHILD_SUBREAPER, was_subreaper_);
-  sigaction(SIGCHLD, &before_, nullptr);
-}
+ParentOfRuns::~ParentOfRuns() { prctl(PR_SET_CHILD_SUBREAPER, was_subreaper_); }
 
 RunProcesses::RunProcesses(const RaceSpec& race, std::filesystem::path out, const ProcessLimits& limits,
                            std::size_t count)
-    : race_(race),
-      out_(std::move(out)),
-      limits_(limits),
-      progress_(count),
-      children_before_(children_of_this_process()) {}
+    : race_(race), out_(std::move(out)), limits_(limits), progress_(count) {}
 
 RunProcesses::~RunProcesses() { stop(); }
 
@@ -90,12 +76,11 @@ std::string RunProcesses::names() const {
 
 void RunProcesses::start(const RunId& id, const std::string& key, std::size_t slot) {
   disk().remove_all(partial_folder(out_, id));
-  std::cout.flush();
-  std::cerr.flush();
-  const pid_t parent = getpid(), pid = fork();
-  if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
-  if (pid == 0)
+  const pid_t parent = getpid(), pid = fork_process();
+  if (pid == 0) {
+    mark_.put_on();
     run_as_process(race_, id, key, out_, {limits_.memory_mb, limits_.one_at_a_time, parent}, &progress_[slot]);
+  }
   setpgid(pid, pid);
   children_[pid] = {id, key, slot, Clock::now(), {}, {}};
 }
@@ -139,7 +124,7 @@ void RunProcesses::stop() {
   for (const auto& [pid, job] : children_) {
     kill(-pid, SIGKILL);
     kill(pid, SIGKILL);
-    waitpid(pid, nullptr, 0);
+    wait_for_end(pid);
     disk().remove_all(partial_folder(out_, job.id));
     notes_.push_back(name_of(job) + " was stopped" + describe_place(progress_[job.slot].last));
   }
@@ -179,13 +164,13 @@ void RunProcesses::watch(pid_t pid, Job& job) {
   kill(pid, SIGKILL);
 }
 
-/// Processes that runs started, which are children of this process once the run itself has ended.
+/// Processes that runs started, which are children of this process once the run itself has ended. Children that other
+/// parts of this process started are none of them.
 void RunProcesses::end_orphans() {
   for (const pid_t pid : children_of_this_process()) {
-    if (children_.contains(pid)) continue;
-    if (std::find(children_before_.begin(), children_before_.end(), pid) != children_before_.end()) continue;
+    if (children_.contains(pid) || !mark_.is_on(pid)) continue;
     kill(pid, SIGKILL);
-    waitpid(pid, nullptr, 0);
+    wait_for_end(pid);
   }
 }
 

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "experiment/single_run.hpp"
+#include "util/child_process.hpp"
+#include "util/family_mark.hpp"
 #include "util/shared_array.hpp"
 
 namespace gripline {
@@ -32,7 +34,8 @@ class PauseWatch {
 };
 
 /// Makes this process the one that collects the processes of runs and what those leave behind, whatever signal handling
-/// it was started with: SIGCHLD is handled as usual, and orphans are handed to this process.
+/// it was started with: SIGCHLD is handled as usual, and orphans are handed to this process. Orphans that other children
+/// of this process leave meanwhile come to it as well; nobody ends or collects those.
 class ParentOfRuns {
  public:
   ParentOfRuns();
@@ -41,7 +44,7 @@ class ParentOfRuns {
   ParentOfRuns& operator=(const ParentOfRuns&) = delete;
 
  private:
-  struct sigaction before_ {};
+  UsualChildSignal statuses_are_kept_;
   int was_subreaper_ = 0;
 };
 
@@ -51,8 +54,9 @@ struct ProcessLimits {
   bool one_at_a_time = false;  ///< the caller starts none before the last one ended
 };
 
-/// Runs in processes of their own. Each has a slot, a number below the count given to the constructor. The race must
-/// outlive this object.
+/// Runs in processes of their own, ended with all that they started, daemons too (FamilyMark); other children of this
+/// process are left alone. Each run has a slot, a number below the count given to the constructor. The race must outlive
+/// this object.
 class RunProcesses {
  public:
   RunProcesses(const RaceSpec& race, std::filesystem::path out, const ProcessLimits& limits, std::size_t count);
@@ -104,7 +108,7 @@ class RunProcesses {
   std::filesystem::path out_;
   ProcessLimits limits_;
   SharedArray<RunProgress> progress_;
-  std::vector<pid_t> children_before_;  // of this process when the first run was started: not runs
+  FamilyMark mark_;  // of the runs and what they start
   std::map<pid_t, Job> children_;
   std::vector<std::string> notes_;
   std::vector<RunId> cut_off_;

@@ -2,8 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <signal.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -44,23 +42,6 @@ std::string decoded(std::string_view text) {
   return bytes;
 }
 
-/// Replaces this process by the browser, which reads commands from handle 3 and answers on handle 4.
-[[noreturn]] void exec_browser(const std::vector<std::string>& words, int commands, int answers) {
-  // Away from 3 and 4 first: dup2 of a handle onto itself keeps its close-on-exec flag.
-  const int in = fcntl(commands, F_DUPFD, 10), out = fcntl(answers, F_DUPFD, 10);
-  dup2(in, 3);
-  dup2(out, 4);
-  const int nothing = ::open("/dev/null", O_RDWR);
-  for (const int handle : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, handle);
-  setpgid(0, 0);
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  execv(arguments[0], arguments.data());
-  _exit(127);
-}
-
 }  // namespace
 
 std::string find_program(const char* name) {
@@ -83,9 +64,7 @@ std::string find_chromium() {
 }
 
 Browser::Browser(const std::string& chromium, int width, int height) {
-  std::array<int, 2> commands{}, answers{};
-  if (pipe2(commands.data(), O_CLOEXEC) != 0 || pipe2(answers.data(), O_CLOEXEC) != 0) fail("gets no pipes");
-  std::vector<std::string> words = {chromium,
+  std::vector<std::string> words = {fs::absolute(chromium).string(),
                                     "--headless=new",
                                     "--remote-debugging-pipe",
                                     "--disable-gpu",
@@ -95,33 +74,20 @@ Browser::Browser(const std::string& chromium, int width, int height) {
                                     "--window-size=" + std::to_string(width) + "," + std::to_string(height)};
   if (geteuid() == 0) words.emplace_back("--no-sandbox");  // with a sandbox it refuses to run as root
   words.emplace_back("about:blank");
-  pid_ = fork();
-  if (pid_ == 0) exec_browser(words, commands[0], answers[1]);
-  close(commands[0]);
-  close(answers[1]);
-  to_ = commands[1];
-  from_ = answers[0];
-  try {
-    const json target = call("Target.createTarget", {{"url", "about:blank"}});
-    session_ = call("Target.attachToTarget", {{"targetId", target.at("targetId")}, {"flatten", true}}).at("sessionId");
-    call("Emulation.setDeviceMetricsOverride",
-         {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", false}});
-  } catch (...) {
-    stop();
-    throw;
-  }
-}
-
-Browser::~Browser() { stop(); }
-
-void Browser::stop() {
-  for (int* handle : {&to_, &from_})
-    if (*handle >= 0) close(std::exchange(*handle, -1));
-  if (pid_ > 0) {
-    kill(-pid_, SIGKILL);  // with all that it started
-    kill(pid_, SIGKILL);
-    waitpid(std::exchange(pid_, -1), nullptr, 0);
-  }
+  const Handle nothing(::open("/dev/null", O_RDWR | O_CLOEXEC));
+  // It reads commands from handle 3 and answers on handle 4.
+  program_.emplace(words, StartedProgram::Setup{.handles = {{STDIN_FILENO, nothing.number()},
+                                                            {STDOUT_FILENO, nothing.number()},
+                                                            {STDERR_FILENO, nothing.number()},
+                                                            {3, commands_.read.number()},
+                                                            {4, answers_.write.number()}},
+                                                .own_group = true});
+  commands_.read.close();
+  answers_.write.close();
+  const json target = call("Target.createTarget", {{"url", "about:blank"}});
+  session_ = call("Target.attachToTarget", {{"targetId", target.at("targetId")}, {"flatten", true}}).at("sessionId");
+  call("Emulation.setDeviceMetricsOverride",
+       {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", false}});
 }
 
 void Browser::open(const fs::path& page, const std::string& ready) {
@@ -155,7 +121,7 @@ json Browser::call(const std::string& method, const json& parameters) {
   std::string text = command.dump();
   text += '\0';
   for (std::size_t done = 0; done < text.size();) {
-    const ssize_t n = ::write(to_, text.data() + done, text.size() - done);
+    const ssize_t n = ::write(commands_.write.number(), text.data() + done, text.size() - done);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail("ended before its time");
     done += static_cast<std::size_t>(n);
@@ -175,12 +141,12 @@ std::string Browser::read_message() {
       buffer_.erase(0, end + 1);
       return message;
     }
-    pollfd waiting = {from_, POLLIN, 0};
+    pollfd waiting = {answers_.read.number(), POLLIN, 0};
     const int there = poll(&waiting, 1, timeout_ms);
     if (there < 0 && errno == EINTR) continue;
     if (there == 0) fail("did not answer within " + std::to_string(timeout_ms / 1000) + " s");
     std::array<char, 65536> bytes{};
-    const ssize_t n = ::read(from_, bytes.data(), bytes.size());
+    const ssize_t n = ::read(answers_.read.number(), bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail("ended before its time");
     buffer_.append(bytes.data(), static_cast<std::size_t>(n));

@@ -2,12 +2,13 @@
 // followed by a zero byte (https://chromedevtools.github.io/devtools-protocol/).
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
+#include "util/pipe.hpp"
+#include "util/started_program.hpp"
 #include "util/temporary_folder.hpp"
 
 namespace gripline::exports {
@@ -22,7 +23,6 @@ class Browser {
  public:
   /// Starts it with an empty page of this size in pixels. Throws std::runtime_error if it does not come up.
   Browser(const std::string& chromium, int width, int height);
-  ~Browser();
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
 
@@ -36,10 +36,9 @@ class Browser {
  private:
   nlohmann::json call(const std::string& method, const nlohmann::json& parameters);
   std::string read_message();
-  void stop();
   TemporaryFolder profile_{"browser"};
-  pid_t pid_ = -1;
-  int to_ = -1, from_ = -1;
+  Pipe commands_, answers_;
+  std::optional<StartedProgram> program_;
   std::string buffer_, session_;
   int id_ = 0;
 };

@@ -1,22 +1,20 @@
 #include "exports/video.hpp"
 
-#include <fcntl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "config/errors.hpp"
 #include "exports/browser.hpp"
 #include "util/numbers.hpp"
+#include "util/pipe.hpp"
+#include "util/started_program.hpp"
 
 namespace gripline::exports {
 namespace {
@@ -26,71 +24,38 @@ namespace fs = std::filesystem;
 /// ffmpeg, which takes pictures on its standard input.
 class Encoder {
  public:
-  Encoder(const fs::path& file, int fps) {
-    const std::string words[] = {find_program("ffmpeg"),
-                                 "-y",
-                                 "-loglevel",
-                                 "error",
-                                 "-f",
-                                 "image2pipe",
-                                 "-framerate",
-                                 std::to_string(fps),
-                                 "-c:v",
-                                 "mjpeg",
-                                 "-i",
-                                 "-",
-                                 "-c:v",
-                                 "libx264",
-                                 "-pix_fmt",
-                                 "yuv420p",
-                                 "-crf",
-                                 "20",
-                                 "-movflags",
-                                 "+faststart",
-                                 "-f",
-                                 "mp4",
-                                 file.string()};
-    std::array<int, 2> pictures{};
-    if (pipe2(pictures.data(), O_CLOEXEC) != 0) throw std::runtime_error("ffmpeg gets no pipe");
-    pid_ = fork();
-    if (pid_ == 0) {
-      dup2(pictures[0], STDIN_FILENO);
-      std::vector<char*> arguments;
-      for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-      arguments.push_back(nullptr);
-      execv(arguments[0], arguments.data());
-      _exit(127);
-    }
-    close(pictures[0]);
-    to_ = pictures[1];
+  Encoder(const fs::path& file, int fps)
+      : program_(words(file, fps), {.handles = {{STDIN_FILENO, pictures_.read.number()}}}) {
+    pictures_.read.close();
   }
-  ~Encoder() {
-    if (to_ >= 0) close(to_);
-    if (pid_ <= 0) return;
-    ::kill(pid_, SIGKILL);
-    waitpid(pid_, nullptr, 0);
-  }
-  Encoder(const Encoder&) = delete;
-  Encoder& operator=(const Encoder&) = delete;
 
   void add(const std::string& picture) {
     for (std::size_t done = 0; done < picture.size();) {
-      const ssize_t n = ::write(to_, picture.data() + done, picture.size() - done);
+      const ssize_t n = ::write(pictures_.write.number(), picture.data() + done, picture.size() - done);
       if (n < 0 && errno == EINTR) continue;
       if (n <= 0) throw std::runtime_error("ffmpeg ended early");
       done += static_cast<std::size_t>(n);
     }
   }
   void finish() {
-    close(std::exchange(to_, -1));
-    int status = 0;
-    waitpid(std::exchange(pid_, -1), &status, 0);
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw std::runtime_error("ffmpeg could not write the video");
+    pictures_.write.close();
+    if (program_.exit_code() != 0) throw std::runtime_error("ffmpeg could not write the video");
   }
 
  private:
-  pid_t pid_ = -1;
-  int to_ = -1;
+  static std::vector<std::string> words(const fs::path& file, int fps) {
+    std::vector<std::string> all = {find_program("ffmpeg"), "-y", "-loglevel", "error"};
+    for (const char* word : {"-f", "image2pipe", "-framerate"}) all.emplace_back(word);
+    all.push_back(std::to_string(fps));
+    for (const char* word : {"-c:v", "mjpeg", "-i", "-", "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20",
+                             "-movflags", "+faststart", "-f", "mp4"})
+      all.emplace_back(word);
+    all.push_back(file.string());
+    return all;
+  }
+
+  Pipe pictures_;
+  StartedProgram program_;
 };
 
 /// A pipe whose reader ended must be an error here and not the end of this process.

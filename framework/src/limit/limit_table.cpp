@@ -1,14 +1,10 @@
 #include "limit/limit_table.hpp"
 
 #include <sys/prctl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <csignal>
-#include <cstring>
-#include <iostream>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -113,7 +109,7 @@ class Children {
   Children() = default;
   ~Children() {
     for (const auto& [pid, job] : running) kill(pid, SIGTERM);
-    for (const auto& [pid, job] : running) waitpid(pid, nullptr, 0);
+    for (const auto& [pid, job] : running) wait_for_end(pid);
   }
   Children(const Children&) = delete;
   Children& operator=(const Children&) = delete;
@@ -130,17 +126,12 @@ void run_jobs(const WorldSpec& spec, const std::vector<Job>& jobs, int at_once, 
   std::size_t next = 0;
   while ((next < jobs.size() || !running.empty()) && !StopSignal::seen()) {
     if (next < jobs.size() && running.size() < static_cast<std::size_t>(at_once)) {
-      std::cout.flush();
-      std::cerr.flush();
-      const pid_t parent = getpid(), pid = fork();
-      if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
+      const pid_t parent = getpid(), pid = fork_process();
       if (pid == 0) child(spec, jobs[next].of, jobs[next].scratch, parent);
       running[pid] = next++;
       continue;
     }
-    int status = 0;
-    for (pid_t pid = waitpid(-1, &status, WNOHANG); pid > 0; pid = waitpid(-1, &status, WNOHANG))
-      done += running.erase(pid);
+    done += std::erase_if(running, [](const auto& one) { return collect_if_ended(one.first).has_value(); });
     progress(done, total);
     usleep(50'000);
   }

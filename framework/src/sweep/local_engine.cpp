@@ -6,14 +6,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <csignal>
-#include <cstring>
-#include <deque>
 #include <iostream>
 #include <map>
-#include <optional>
-#include <stdexcept>
 
 #include "config/errors.hpp"
 #include "experiment/out_folder.hpp"
@@ -40,8 +35,8 @@ struct Shared {
   }
 };
 
-/// The body of a worker process: the task `first`, if a worker that died left one, then task after task.
-[[noreturn]] void work(const Batch& batch, Shared& shared, std::size_t worker, std::int64_t first, pid_t parent,
+/// The body of a worker process: the task that a worker that died left to it, if there is one, then task after task.
+[[noreturn]] void work(const Batch& batch, Shared& shared, std::size_t worker, pid_t parent,
                        const LocalEngine::Opener& open) {
   setpgid(0, 0);  // so that Ctrl-C on the terminal reaches the parent only
   std::signal(SIGINT, SIG_IGN);
@@ -50,9 +45,12 @@ struct Shared {
   if (getppid() != parent) _exit(task_again);
   OutLock::leave_to_parent();
   end_at_exit();
+  bool opened = false;
+  int end = task_done;
   try {
     const TaskBody body = open(worker);
-    for (std::int64_t task = first;; task = no_task) {
+    opened = true;
+    for (std::int64_t task = shared.task[worker].load();; task = no_task) {
       if (task == no_task) task = static_cast<std::int64_t>(shared.next.fetch_add(1));
       if (task >= static_cast<std::int64_t>(batch.tasks())) break;
       shared.task[worker].store(task);
@@ -62,12 +60,13 @@ struct Shared {
     }
   } catch (const std::exception& e) {
     std::cerr << harmless(e.what()) << '\n';
-    shared.task[worker].store(no_task);  // another worker would fail the same way
+    // A task that was handed on but not begun is handed on again. Otherwise another worker would fail the same way.
+    if (!opened && shared.task[worker].load() != no_task) end = task_again;
   }
-  shared.task[worker].store(all_done);
+  if (end == task_done) shared.task[worker].store(all_done);
   std::cout.flush();
   std::cerr.flush();
-  _exit(0);
+  _exit(end);
 }
 
 class Workers {
@@ -79,12 +78,11 @@ class Workers {
   std::size_t running() const { return workers_.size(); }
   std::size_t runs() { return shared_.runs.load(); }
 
+  /// `first` is the worker's from now on, so that it outlives a process that dies before it is begun.
   void start(std::size_t worker, std::int64_t first) {
-    std::cout.flush();
-    std::cerr.flush();
-    const pid_t parent = getpid(), pid = fork();
-    if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
-    if (pid == 0) work(batch_, shared_, worker, first, parent, open_);
+    shared_.task[worker].store(first);
+    const pid_t parent = getpid(), pid = fork_process();
+    if (pid == 0) work(batch_, shared_, worker, parent, open_);
     setpgid(pid, pid);
     workers_[pid] = worker;
   }
@@ -116,7 +114,7 @@ class Workers {
     }
     for (const auto& [pid, worker] : workers_) {
       kill(-pid, SIGKILL);
-      waitpid(pid, nullptr, 0);
+      wait_for_end(pid);
     }
     workers_.clear();
   }
@@ -124,7 +122,7 @@ class Workers {
  private:
   void replace(std::size_t worker, const std::string& end) {
     constexpr int most_tries = 3;
-    const std::int64_t task = shared_.task[worker].exchange(no_task);
+    const std::int64_t task = shared_.task[worker].load();
     std::cerr << "a worker " << end << '\n';
     if (task == no_task) {  // as it opened the sweep, most likely: others in its place may die the same way
       if (++idle_deaths_[worker] <= most_tries) return start(worker, no_task);

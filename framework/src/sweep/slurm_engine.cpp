@@ -1,18 +1,17 @@
 #include "sweep/slurm_engine.hpp"
 
-#include <fcntl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <csignal>
-#include <cstring>
 #include <sstream>
 #include <stdexcept>
 
 #include "config/errors.hpp"
+#include "util/pipe.hpp"
+#include "util/started_program.hpp"
 #include "util/whole_file.hpp"
 
 namespace gripline::sweep {
@@ -26,33 +25,21 @@ struct CommandResult {
 
 /// Runs one of Slurm's commands and collects its output.
 CommandResult run_command(const std::vector<std::string>& words) {
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
-  std::vector<char*> arguments;
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  const pid_t pid = fork();
-  if (pid == 0) {
-    dup2(ends[1], STDOUT_FILENO);
-    dup2(ends[1], STDERR_FILENO);
-    for (const int number : {SIGINT, SIGTERM, SIGPIPE}) std::signal(number, SIG_DFL);
-    execvp(arguments[0], arguments.data());
-    _exit(127);
-  }
-  close(ends[1]);
+  Pipe output;
+  const int into = output.write.number();
+  StartedProgram program(
+      words, {.handles = {{STDOUT_FILENO, into}, {STDERR_FILENO, into}}, .usual_signals = {SIGINT, SIGTERM, SIGPIPE}});
+  output.write.close();
   CommandResult result;
   char chunk[4096];
   for (;;) {
-    const ssize_t got = read(ends[0], chunk, sizeof chunk);
+    const ssize_t got = read(output.read.number(), chunk, sizeof chunk);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) break;
     result.output.append(chunk, static_cast<std::size_t>(got));
   }
-  close(ends[0]);
-  int status = 0;
-  while (pid > 0 && waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (pid > 0 && WIFEXITED(status)) result.code = WEXITSTATUS(status);
+  output.read.close();
+  result.code = program.exit_code().value_or(-1);
   while (result.output.ends_with('\n')) result.output.pop_back();
   return result;
 }

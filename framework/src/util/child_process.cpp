@@ -22,6 +22,8 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "util/pipe.hpp"
+
 namespace gripline {
 namespace {
 
@@ -140,14 +142,37 @@ std::vector<pid_t> children_of_this_process() {
   return all;
 }
 
+pid_t fork_process() {
+  std::cout.flush();
+  std::cerr.flush();
+  const pid_t pid = fork();
+  if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
+  return pid;
+}
+
+UsualChildSignal::UsualChildSignal() {
+  struct sigaction usual {};
+  usual.sa_handler = SIG_DFL;
+  sigaction(SIGCHLD, &usual, &before_);
+}
+
+UsualChildSignal::~UsualChildSignal() { sigaction(SIGCHLD, &before_, nullptr); }
+
 std::optional<int> collect_if_ended(pid_t pid) {
   siginfo_t info{};
   const int result = waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT);
   if (result == 0 && info.si_pid == 0) return std::nullopt;
+  if (result != 0) return 0;  // collected: the group's number may be another's by now
   kill(-pid, SIGKILL);
+  return wait_for_end(pid).value_or(0);
+}
+
+std::optional<int> wait_for_end(pid_t pid) {
   int status = 0;
-  if (result != 0 || waitpid(pid, &status, 0) != pid) return 0;
-  return status;
+  pid_t ended = -1;
+  do ended = waitpid(pid, &status, 0);
+  while (ended < 0 && errno == EINTR);
+  return ended == pid ? std::optional(status) : std::nullopt;
 }
 
 void limit_data(std::size_t megabytes) {
@@ -176,41 +201,27 @@ bool ends_from_outside(int signal) { return signal == SIGKILL || signal == SIGTE
 
 ChildResult run_in_child(double timeout_s, const std::function<void(const SendMessage&)>& work) {
   if (run_children_here()) return run_here(work);
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
-  // Where SIGCHLD is ignored, waitpid has no status to give.
-  struct sigaction usual {
-  }, before{};
-  usual.sa_handler = SIG_DFL;
-  sigaction(SIGCHLD, &usual, &before);
-  std::cout.flush();
-  std::cerr.flush();
-  const pid_t parent = getpid(), pid = fork();
+  Pipe pipe;
+  const UsualChildSignal statuses_are_kept;
+  const pid_t parent = getpid(), pid = fork_process();
   if (pid == 0) {
-    close(ends[0]);
-    child(ends[1], parent, work);
+    pipe.read.close();
+    child(pipe.write.number(), parent, work);
   }
-  const int failed = errno;
-  close(ends[1]);
+  setpgid(pid, pid);
+  pipe.write.close();
   ChildResult result;
-  if (pid > 0) {
-    setpgid(pid, pid);
-    const bool in_time = listen(ends[0], timeout_s, result);
-    if (!in_time) {
-      kill(-pid, SIGKILL);
-      char digits[32];
-      const auto end = std::to_chars(digits, std::end(digits), timeout_s, std::chars_format::general, 3).ptr;
-      result.failure = "did not come back within " + std::string(digits, end) + " s";
-    }
-    const int status = collect(pid);
-    if (!result.completed && result.failure.empty()) {
-      result.failure = describe_end(status);
-      if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
-    }
+  if (!listen(pipe.read.number(), timeout_s, result)) {
+    kill(-pid, SIGKILL);
+    char digits[32];
+    const auto end = std::to_chars(digits, std::end(digits), timeout_s, std::chars_format::general, 3).ptr;
+    result.failure = "did not come back within " + std::string(digits, end) + " s";
   }
-  close(ends[0]);
-  sigaction(SIGCHLD, &before, nullptr);
-  if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(failed));
+  const int status = collect(pid);
+  if (!result.completed && result.failure.empty()) {
+    result.failure = describe_end(status);
+    if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
+  }
   return result;
 }
 

@@ -1,6 +1,7 @@
 // Work in a process of its own, for code that may crash, exit or never return.
 #pragma once
 
+#include <signal.h>  // NOLINT(modernize-deprecated-headers): struct sigaction is POSIX
 #include <sys/types.h>
 
 #include <cstddef>
@@ -42,9 +43,30 @@ std::string describe_end(int status);
 /// Its own mistakes end it by others.
 bool ends_from_outside(int signal);
 
+/// fork(), with nothing left in the buffers of std::cout and std::cerr that both processes would write. Throws
+/// std::runtime_error with the system's reason.
+pid_t fork_process();
+
+/// SIGCHLD is handled as usual for as long as it lives, and then as before. Where it is ignored, as this process may
+/// have been started, children that end leave no status. Of several the last one made goes first.
+class UsualChildSignal {
+ public:
+  UsualChildSignal();
+  ~UsualChildSignal();
+  UsualChildSignal(const UsualChildSignal&) = delete;
+  UsualChildSignal& operator=(const UsualChildSignal&) = delete;
+
+ private:
+  struct sigaction before_ {};
+};
+
 /// The status of a child if it has ended, else nothing. What is left of its process group is ended first, while its
-/// process id cannot have been given to another. 0 if another part of the program collected the status.
+/// process id cannot have been given to another. 0 where there is none: SIGCHLD is ignored, or another part of the
+/// program collected it.
 std::optional<int> collect_if_ended(pid_t pid);
+
+/// Waits for the end of a child, whatever signals come. Its status, or nothing where there is none.
+std::optional<int> wait_for_end(pid_t pid);
 
 /// The processes that this one is the parent of. Empty where the system does not say (/proc/self/task/*/children).
 std::vector<pid_t> children_of_this_process();

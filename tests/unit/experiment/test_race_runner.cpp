@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <thread>
@@ -315,6 +316,32 @@ TEST_F(Runner, AnInterruptStopsCleanlyAndCanBeContinued) {
   EXPECT_FALSE(again.interrupted);
   EXPECT_EQ(again.kept, 1);
   EXPECT_EQ(again.runs.size(), 2u);
+}
+
+/// Processes that other threads of this process start while runs go on are not ended with them.
+TEST_F(Runner, LeavesOtherChildrenAlone) {
+  std::atomic<bool> over{false};
+  std::vector<pid_t> others;
+  std::thread starts([&] {
+    for (int i = 0; i < 50 && !over.load(); ++i) {
+      const pid_t pid = fork();
+      if (pid == 0) {
+        alarm(120);  // in case nobody ends it
+        while (true) pause();
+      }
+      if (pid > 0) others.push_back(pid);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  });
+  EXPECT_EQ(run(race_of(), {{"good", 1}, {"crashes", 1}}).runs.size(), 2u);
+  over.store(true);
+  starts.join();
+  EXPECT_FALSE(others.empty());
+  for (const pid_t pid : others) {
+    EXPECT_EQ(waitpid(pid, nullptr, WNOHANG), 0) << "it goes on";
+    kill(pid, SIGKILL);
+    waitpid(pid, nullptr, 0);
+  }
 }
 
 /// Every input of a run names it, and nothing else does.

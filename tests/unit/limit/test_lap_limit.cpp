@@ -4,17 +4,22 @@
 #include <gtest/gtest.h>
 
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <csignal>
+#include <optional>
 #include <stdexcept>
+#include <vector>
 
 #include "limit/lap_nlp.hpp"
 #include "limit/limit_table.hpp"
 #include "limit/starting_line.hpp"
 #include "limit/true_plant.hpp"
 #include "support/host_support.hpp"
+#include "util/child_process.hpp"
 #include "util/csv.hpp"
 #include "world/world.hpp"
 
@@ -184,6 +189,29 @@ TEST(LimitTable, IsKeptAndReadByAWorld) {
   write_text(folder / "bad.csv", "factor,lap\n1,2\n");
   EXPECT_THAT(refusal([&] { world_of("{\"time_optimal_laps\": \"" + (folder / "bad.csv").string() + "\"}"); }),
               HasSubstr("lap_s"));
+}
+
+/// As `env --ignore-signal=CHLD` leaves it: there is no status to collect, and no process stays.
+TEST(LimitTable, IsMadeWhereTheEndOfChildrenIsIgnored) {
+  LimitRequest request;
+  request.factors = {1.0};
+  const auto before = std::signal(SIGCHLD, SIG_IGN);
+  std::vector<LapLimit> limits;
+  EXPECT_NO_THROW(limits = compute_limits(world_of(), request, [](std::size_t, std::size_t) {}));
+  EXPECT_EQ(std::signal(SIGCHLD, before), SIG_IGN);
+  EXPECT_EQ(limits.size(), 1u);
+}
+
+/// A process that somebody else started, and that ended meanwhile, is left to who waits for it.
+TEST(LimitTable, CollectsNoOtherProcess) {
+  const pid_t other = fork_process();
+  if (other == 0) _exit(7);
+  LimitRequest request;
+  request.factors = {1.0};
+  EXPECT_EQ(compute_limits(world_of(), request, [](std::size_t, std::size_t) {}).size(), 1u);
+  const std::optional<int> status = wait_for_end(other);
+  ASSERT_TRUE(status.has_value());
+  EXPECT_EQ(describe_end(*status), "ended with exit code 7");
 }
 
 /// What fails while processes run, as the start of another one may, leaves none behind.

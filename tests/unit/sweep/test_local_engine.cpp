@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <functional>
+#include <stdexcept>
 
 #include "util/shared_array.hpp"
 
@@ -22,13 +23,13 @@ struct Count {
 
 class LocalWorkers : public testing::Test {
  protected:
-  /// Has two workers do four tasks of one run each. `open` is called as a worker opens the sweep, `work` with a task.
+  /// Has workers do four tasks of one run each. `open` is called as a worker opens the sweep, `work` with a task.
   template <class Open, class Work>
-  void run(const Open& open, const Work& work) {
+  void run(const Open& open, const Work& work, int workers = 2) {
     Batch batch;
     batch.runs = 4;
     LocalEngine engine(
-        "test", 2,
+        "test", workers,
         [&](std::size_t) -> TaskBody {
           count_.opened.fetch_add(1);
           open();
@@ -80,6 +81,31 @@ TEST_F(LocalWorkers, ATaskThatKillsItsWorkerIsGivenUpAndTheOthersAreDone) {
   });
   EXPECT_EQ(opened(), 2 + with_three_more);
   EXPECT_EQ(finished(), 3);
+}
+
+/// The first task kills its worker, and the one in its place ends before it gets to the task.
+class LocalWorkersInTurn : public LocalWorkers {
+ protected:
+  template <class Open>
+  void run_with_second_opening(const Open& second) {
+    SharedArray<std::atomic<int>> times(2);  // opened, worked
+    run(
+        [&] {
+          if (times[0].fetch_add(1) == 1) second();
+        },
+        [&](std::size_t) {
+          if (times[1].fetch_add(1) == 0) std::abort();
+        },
+        1);
+    EXPECT_EQ(opened(), 3);
+    EXPECT_EQ(finished(), 4);
+  }
+};
+
+TEST_F(LocalWorkersInTurn, ATaskIsNotLostWithAWorkerThatDiesAsItOpens) { run_with_second_opening(std::abort); }
+
+TEST_F(LocalWorkersInTurn, ATaskIsNotLostWithAWorkerThatCannotOpen) {
+  run_with_second_opening([] { throw std::runtime_error("no file to be had"); });
 }
 
 /// There waitpid has no status to give.

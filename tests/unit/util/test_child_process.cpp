@@ -122,6 +122,24 @@ TEST(CollectIfEnded, GivesTheStatusOnceAndNothingBefore) {
   EXPECT_EQ(collect_if_ended(pid), 0) << "collected already";
 }
 
+/// Where nothing is kept of children that end, waiting ends all the same.
+TEST(WaitForEnd, HasAStatusUnlessTheEndOfChildrenIsIgnored) {
+  const auto end = [] {
+    const pid_t pid = fork_process();
+    if (pid == 0) _exit(6);
+    return wait_for_end(pid);
+  };
+  const auto before = std::signal(SIGCHLD, SIG_IGN);
+  EXPECT_EQ(end(), std::nullopt);
+  {
+    const UsualChildSignal kept;
+    const std::optional<int> status = end();
+    ASSERT_TRUE(status.has_value());
+    EXPECT_EQ(describe_end(*status), "ended with exit code 6");
+  }
+  EXPECT_EQ(std::signal(SIGCHLD, before), SIG_IGN);
+}
+
 TEST(LimitData, AllocationsBeyondItFail) {
   const ChildResult result = run_in_child(60, [](const SendMessage& send) {
     limit_data(64);
