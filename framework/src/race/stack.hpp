@@ -60,6 +60,9 @@ class Stack {
  public:
   /// The spec must outlive the stack. Throws PluginError when a plugin cannot be created.
   Stack(const StackSpec& spec, const StackContext& world, const Observation& start);
+  // Its plugins keep pointers into it.
+  Stack(const Stack&) = delete;
+  Stack& operator=(const Stack&) = delete;
 
   /// What the step from `before` to `now` under u left unexplained (line 4); advances the nominal model's memory.
   Sample sample(const Observation& before, const Input& u, const Observation& now) {

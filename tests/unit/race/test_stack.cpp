@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <type_traits>
+
 #include "config/hash.hpp"
 #include "race/assembly.hpp"
 #include "support/host_support.hpp"
@@ -13,6 +15,10 @@ namespace test_stack {
 using testing::AllOf;
 using testing::HasSubstr;
 using namespace testing_support;
+
+// Its plugins keep a pointer to its nominal model.
+static_assert(!std::is_copy_constructible_v<Stack> && !std::is_copy_assignable_v<Stack>);
+static_assert(!std::is_move_constructible_v<Stack> && !std::is_move_assignable_v<Stack>);
 
 /// A world, a stack in it, and steps of both.
 class Rig {
