@@ -86,7 +86,7 @@ class World::ModelCar final : public World::CarDynamics {
     on_the_flat_.lap_fraction = at.lap_fraction;
     // Beside the friction factor only effects, which may depend on time and place, move the peaks.
     if (peaks_.empty() || tyres_.effects() > 1) find_peaks();
-    model_.car().params()[factor_at()] = factor;
+    model_.set_parameter(factor_at(), factor);
     true_params_[factor_at()] = factor;
     true_dual_params_[factor_at()] = Dual8(factor);
   }

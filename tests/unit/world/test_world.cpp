@@ -88,8 +88,8 @@ TEST(World, MovesAsItsPlantUnderTheFrictionOfEachStep) {
   for (int k = 0; k < 20; ++k) {
     if (k >= 5) factor -= factor / 10;
     EXPECT_NEAR(world.truth().factor(), factor, 1e-14) << "told before step " << k;
-    model.car().params()[front] = 0.192 * factor;
-    model.car().params()[rear] = 0.1737 * factor;
+    model.set_parameter(front, 0.192 * factor);
+    model.set_parameter(rear, 0.1737 * factor);
     const Input u = world.advance({0.4, k < 3 ? 3.0 : 0.0});
     x = model.advance(x, u, {});
     EXPECT_NEAR(world.state().x, x.x, 1e-13);

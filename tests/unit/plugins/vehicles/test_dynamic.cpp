@@ -19,9 +19,8 @@ class LogModel {
     }
   }
   State step(const State& x, const Input& u, double factor) {
-    model_.car().params()[front_] = 0.192 * factor;
-    model_.car().params()[rear_] = 0.1737 * factor;
-    model_.refresh();
+    model_.set_parameter(front_, 0.192 * factor);
+    model_.set_parameter(rear_, 0.1737 * factor);
     return model_.advance(x, u, {});
   }
 

@@ -65,8 +65,8 @@ class PublishedRuns : public WithReference {
     }
     State from(const Log& log, std::size_t row) {
       const double factor = friction_.base(static_cast<std::int64_t>(row), 0.02 * static_cast<double>(row));
-      model_.car().params()[front_] = world_.vehicle.model.values[front_].number * factor;
-      model_.car().params()[rear_] = world_.vehicle.model.values[rear_].number * factor;
+      model_.set_parameter(front_, world_.vehicle.model.values[front_].number * factor);
+      model_.set_parameter(rear_, world_.vehicle.model.values[rear_].number * factor);
       State x = log.x[row];
       x.delta = log.steer[row];
       return model_.advance(x, {log.d[row], 0}, {});
