@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <thread>
 
@@ -207,6 +208,25 @@ TEST(World, FrictionThatThePlantChangesWithTimeIsTrueToo) {
   EXPECT_NEAR(total_truth(world), 0.909227, 1e-6);
   for (int k = 0; k < 50; ++k) world.advance({0.2, 0});
   EXPECT_NEAR(total_truth(world), (1 - 0.6 / 60) * 0.909227, 1e-6);
+}
+
+/// Peaks are searched anew only where the curves changed: into a patch, within it and out of it.
+TEST(World, TrueFrictionIsThePeakOfTheCurveOfThisPlace) {
+  const WorldSpec spec = world_of(R"({"start": {"speed": 2}, "duration": "3 s", "plant": {"effects": [
+    {"plugin": "friction_patch", "params": {"k": -0.4, "s0": 0.06, "w": 0.08}},
+    {"plugin": "rear_stiff", "params": {"k": 0.2}}]}})");
+  World world(spec, 1);
+  double lowest = 1, last = 0;
+  for (int k = 0; k < 100; ++k) {
+    double top = 0;
+    for (int i = 0; i <= 150; ++i) top = std::max(top, world.truth().tyre_force(Axle::rear, 0.01 * i));
+    last = world.truth().mu(Axle::rear);
+    ASSERT_NEAR(last, top / (0.041 * 9.81 * 0.029 / 0.062), 1e-4) << "step " << k;
+    lowest = std::min(lowest, last);
+    world.advance(follow(world, 2.0));
+  }
+  EXPECT_NEAR(lowest, 0.6 * 0.1737 / (0.041 * 9.81 * 0.029 / 0.062), 0.02);
+  EXPECT_NEAR(last, 0.1737 / (0.041 * 9.81 * 0.029 / 0.062), 1e-9) << "behind the patch";
 }
 
 /// comb_slip takes from the peak that is there: Dr sqrt(1 - k (Fd / Dr)^2) with Dr after the schedule's factor.
