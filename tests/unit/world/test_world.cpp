@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <thread>
 
 #include "support/allocation_counter.hpp"
@@ -20,7 +21,7 @@ using namespace testing_support;
 Input follow(const World& world, double speed) {
   const State& x = world.state();
   const Place& at = world.place();
-  const double heading = std::remainder(x.yaw - at.yaw_line, 2 * M_PI);
+  const double heading = std::remainder(x.yaw - at.yaw_line, 2 * std::numbers::pi);
   const double wanted = std::atan(0.062 * (at.kappa - 10 * at.n - 6 * heading));
   return {0.25 + 2 * (speed - x.vx), (wanted - x.delta) / world.spec().dt};
 }

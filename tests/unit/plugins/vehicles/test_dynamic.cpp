@@ -1,3 +1,5 @@
+#include <numbers>
+
 #include "support/vehicle_checks.hpp"
 
 namespace gripline {
@@ -5,7 +7,7 @@ namespace test_dynamic {
 
 using namespace rig;
 
-double turned(double angle) { return std::remainder(angle, 2 * M_PI); }
+double turned(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
 /// `dynamic` with friction set row by row.
 class LogModel {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "support/host_support.hpp"
@@ -88,7 +89,7 @@ class PublishedRuns : public WithReference {
 
   /// Largest difference in the six states, yaw modulo a turn.
   static double distance(const State& a, const State& b) {
-    double worst = std::abs(std::remainder(a.yaw - b.yaw, 2 * M_PI));
+    double worst = std::abs(std::remainder(a.yaw - b.yaw, 2 * std::numbers::pi));
     for (const double gap : {a.x - b.x, a.y - b.y, a.vx - b.vx, a.vy - b.vy, a.omega - b.omega})
       worst = std::max(worst, std::abs(gap));
     return worst;
