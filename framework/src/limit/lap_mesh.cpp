@@ -1,6 +1,5 @@
 #include "limit/lap_mesh.hpp"
 
-
 #include "geometry/course_adapter.hpp"
 #include "geometry/plane.hpp"
 
