@@ -28,6 +28,7 @@
 #include "experiment/experiment.hpp"
 #include "experiment/perturb.hpp"
 #include "gripline/command.hpp"
+#include "plugin/guard.hpp"
 #include "plugin/offered.hpp"
 #include "race/assembly.hpp"
 #include "util/signals.hpp"
@@ -425,11 +426,14 @@ class Race {
     if (!std::isfinite(d) || !std::isfinite(ddelta)) throw InputError("an action is two finite numbers: d, ddelta");
     const Observation before = world_->observe();
     const double covered = world_->covered();
-    const Input u = world_->advance({d, ddelta});
+    const Input u = guard(world_->plant_id(), before.t, [&] { return world_->advance({d, ddelta}); });
     end_->watch();
     const std::optional<Status> status = end_->status();
     const bool broken = status == Status::error;
-    if (stack_ && !broken) stack_->learn(stack_->sample(before, u, world_->observe()));
+    if (stack_ && !broken) {
+      const Sample sample = stack_->sample(before, u, world_->observe());
+      guard(stack_->spec().estimator.id(), world_->time(), [&] { stack_->learn(sample); });
+    }
     py::dict info;
     info["t"] = world_->time();
     info["laps"] = world_->laps();

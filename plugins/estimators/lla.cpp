@@ -17,6 +17,7 @@
 #include <numbers>
 #include <numeric>
 #include <random>
+#include <stdexcept>
 #include <vector>
 
 #include "common/learning/single_track.hpp"
@@ -56,7 +57,7 @@ MagicFormula through(F&& curve, double peak) {
   return best;
 }
 
-class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
+class LookBack : public AutoDiffEffect<LookBack, Estimator> {
  public:
   struct Params {
     int models = 20000, window = 10, best = 10, average = 20;
@@ -240,9 +241,18 @@ class LookBack final : public AutoDiffEffect<LookBack, Estimator> {
   std::int64_t seen_ = 0;
 };
 
+/// Refuses to be what `lla` is where nobody tells it the truth.
+class PrivilegedLookBack final : public LookBack {
+ public:
+  PrivilegedLookBack(const PluginContext& context, const Params& params) : LookBack(context, params) {
+    if (context.truth == nullptr)
+      throw std::runtime_error("lla_privileged needs the truth of a world; there is none here");
+  }
+};
+
 }  // namespace
 
 GRIPLINE_PLUGINS(gripline::describe<LookBack>("lla", "1.0", "look-back adaptation over a bank of tyre models"),
-                 gripline::describe<LookBack>("lla_privileged", "1.0",
-                                              "look-back adaptation, its bank centred on the true tyres, as published")
+                 gripline::describe<PrivilegedLookBack>(
+                     "lla_privileged", "1.0", "look-back adaptation, its bank centred on the true tyres, as published")
                      .needs_truth())

@@ -189,6 +189,24 @@ TEST_F(Python, AStandingCarEndsAnEpisodeAsItEndsARace) {
   EXPECT_EQ(outcome.code, 0) << outcome.err;
 }
 
+/// As in a race, what is no friction is refused and not believed.
+TEST_F(Python, AnEstimatorThatFailsIsNamedInAStep) {
+  const Outcome outcome = script(
+      "class Lost(gripline.Estimator):\n"
+      "    id = 'lost'\n"
+      "    def update(self, sample):\n"
+      "        pass\n"
+      "    def belief(self):\n"
+      "        return float('nan'), 1.0\n"
+      "race = gripline.Race('" +
+      (fixture_dir() / "experiments/good.json").string() +
+      "', 'lost', plugins=[Lost], set={'/stacks/lost': {'estimator': {'plugin': 'lost'}}})\n"
+      "race.reset(seed=1)\n"
+      "race.step((0.3, 0.0))\n");
+  EXPECT_NE(outcome.code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("RuntimeError: lost at t = 0.020000 s: returned a friction that is not a number"));
+}
+
 TEST_F(Python, RacesAreRepeatedBySeedAndEnd) {
   const Outcome outcome = script("race = gripline.Race('" + (fixture_dir() / "experiments/good.json").string() +
                                  "', 'told')\n"

@@ -96,9 +96,8 @@ class DynamicCar {
   void set_factor(double factor) {
     for (std::size_t i = 0; i < entry_.params().size(); ++i) {
       const std::string name = entry_.params()[i].name;
-      if (name == "Df" || name == "Dr") model_.car().params()[i] = published(entry_, entry_.params()[i]) * factor;
+      if (name == "Df" || name == "Dr") model_.set_parameter(i, published(entry_, entry_.params()[i]) * factor);
     }
-    model_.refresh();
   }
   Prediction& prediction() { return model_; }
 

@@ -1,11 +1,14 @@
 // Steers back to the line and holds the speed of the reference: change it to your law.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <gripline/equation.hpp>
 #include <gripline/plugin.hpp>
 
 namespace {
+
+using std::numbers::pi;
 
 class NewPlugin final : public gripline::Controller {
  public:
@@ -30,7 +33,7 @@ class NewPlugin final : public gripline::Controller {
                             gripline::Prediction& /*model*/) override {
     const gripline::RefPoint &here = horizon.front(), &there = horizon.back();
     const double n = -(now.x.x - here.x) * std::sin(here.yaw) + (now.x.y - here.y) * std::cos(here.yaw);
-    const double e_yaw = std::remainder(there.yaw - now.x.yaw, 2 * M_PI), v = std::max(0.0, now.x.vx);
+    const double e_yaw = std::remainder(there.yaw - now.x.yaw, 2 * pi), v = std::max(0.0, now.x.vx);
     const double delta = std::clamp(e_yaw - std::atan(k_.k_n * n / (v + 0.1)), -car_.delta_max, car_.delta_max);
     gripline::Command command;
     command.u.ddelta = std::clamp((delta - now.x.delta) / dt_, -car_.ddelta_max, car_.ddelta_max);

@@ -1,10 +1,13 @@
 // The line of least curvature at a constant speed: change it to your reference.
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include <gripline/plugin.hpp>
 
 namespace {
+
+using std::numbers::pi;
 
 class NewPlugin final : public gripline::SpeedPlanner {
  public:
@@ -37,7 +40,7 @@ class NewPlugin final : public gripline::SpeedPlanner {
       gripline::RefPoint& r = horizon[k];
       r.s = place / static_cast<double>(line_.size()) * length;  // a station of line_
       r.x = p.x + w * (q.x - p.x), r.y = p.y + w * (q.y - p.y), r.v = speed_, r.beta = 0;
-      r.yaw = p.yaw + w * std::remainder(q.yaw - p.yaw, 2 * M_PI) + (side < 0 ? M_PI : 0);  // against the file: turned
+      r.yaw = p.yaw + w * std::remainder(q.yaw - p.yaw, 2 * pi) + (side < 0 ? pi : 0);  // against the file: turned
       r.kappa = side * p.kappa, r.left = side > 0 ? p.left : p.right, r.right = side > 0 ? p.right : p.left;
       const gripline::CoursePoint c = course_.locate(r.x, r.y, p.station);  // of the centre line, in file order
       r.at = {.t = now.t + static_cast<double>(k) * dt_, .s = c.s, .n = c.n, .lap_fraction = c.lap_fraction};

@@ -2,27 +2,32 @@
 
 #include <algorithm>
 #include <boost/container/small_vector.hpp>
+#include <cassert>
 #include <cmath>
 
 #include "car/instant.hpp"
 
 namespace gripline {
 
-CorrectedModel::CorrectedModel(StagedCar car, StepOptions options) : car_(std::move(car)), options_(options) {
-  refresh();
+CorrectedModel::CorrectedModel(StagedCar car, StepOptions options)
+    : car_(std::move(car)), options_(options), dual_params_(car_.params().begin(), car_.params().end()) {
+  past_ = past_commands();
+  current_.resize(static_cast<std::size_t>(car_.memory()) + 2 * static_cast<std::size_t>(past_));
+  for (std::vector<double>* const row : {&row_, &row_next_, &row_finer_})
+    row->resize(static_cast<std::size_t>(states()));
 }
 
-void CorrectedModel::refresh() {
+void CorrectedModel::set_parameter(std::size_t number, double value) {
+  car_.params()[number] = value;
+  dual_params_[number] = Dual8(value);
+  assert(past_commands() == past_);
+}
+
+/// How many past commands the effects and the hold need.
+int CorrectedModel::past_commands() const {
   const double back = car_.look_back();
-  const int before = past_;
-  past_ = back > 0.0 ? static_cast<int>(std::ceil(back / options_.dt - 1e-9)) + 1 : 0;
-  if (options_.hold == Hold::foh) past_ = std::max(past_, 1);
-  dual_params_.assign(car_.params().begin(), car_.params().end());
-  if (past_ != before || current_.empty())
-    current_.assign(static_cast<std::size_t>(car_.memory()) + 2 * static_cast<std::size_t>(past_), 0.0);
-  row_.resize(static_cast<std::size_t>(states()));
-  row_next_.resize(static_cast<std::size_t>(states()));
-  row_finer_.resize(static_cast<std::size_t>(states()));
+  const int past = back > 0.0 ? static_cast<int>(std::ceil(back / options_.dt - 1e-9)) + 1 : 0;
+  return options_.hold == Hold::foh ? std::max(past, 1) : past;
 }
 
 void CorrectedModel::start(const State& now, std::span<double> x) const {

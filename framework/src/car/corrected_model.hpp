@@ -31,10 +31,10 @@ class CorrectedModel final : public Prediction {
  public:
   CorrectedModel(StagedCar car, StepOptions options);
 
-  /// The car; change its parameters freely, then call refresh().
   const StagedCar& car() const { return car_; }
-  StagedCar& car() { return car_; }
-  void refresh();
+  /// Sets a parameter of the car by its number in StagedCar::params, for values and derivatives alike. Not for a delay
+  /// that would change how many past commands a row of x holds: a car with another one is another model.
+  void set_parameter(std::size_t number, double value);
 
   int states() const noexcept override { return state_size + car_.memory() + 2 * past_; }
   double dt() const noexcept override { return options_.dt; }
@@ -65,6 +65,7 @@ class CorrectedModel final : public Prediction {
   void load(Stepper<T>& stepper, std::size_t n, const T* rows, const T* inputs, std::size_t stride);
   template <class T>
   void unload(const Stepper<T>& stepper, std::size_t i, T* row) const;
+  int past_commands() const;
   Quantities<double> loaded_quantities(const Place& at);
   void values(std::size_t n, const double* x, const double* u, const Place* at, double* x_next);
   void derivatives(std::size_t n, const double* x, const double* u, const Place* at, double* x_next, double* A,

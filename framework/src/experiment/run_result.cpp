@@ -30,15 +30,13 @@ std::vector<double> read_array(const Node& node, std::string_view key) {
     for (const Node& one : array->array()) out.push_back(one.is_number() ? one.number() : NAN);
   return out;
 }
-double read_value(const Node& node, std::string_view key) {
-  const Node* const value = node.find(key);
-  return value != nullptr && value->is_number() ? value->number() : 0.0;
-}
 std::optional<double> read_maybe(const Node& node, std::string_view key) {
   const Node* const value = node.find(key);
   if (value == nullptr || !value->is_number()) return std::nullopt;
   return value->number();
 }
+/// Throws std::bad_optional_access where there is none: a missing number is no 0, which may be the best that there is.
+double read_value(const Node& node, std::string_view key) { return read_maybe(node, key).value(); }
 std::string read_string(const Node& node, std::string_view key) {
   const Node* const value = node.find(key);
   return value != nullptr && value->is_text() ? value->text() : "";
@@ -133,11 +131,17 @@ std::string hash_of_summary(Node node) {
   return sha256_hex(content_text(node));
 }
 
+/// The numbers that every summary has. Others are null where they were not measured.
+constexpr const char* required_numbers[] = {
+    "seed", "violation_s", "violation_body_s", "plan_latency_s", "solver_failures", "steps", "simulated_s"};
+
 /// What of a finished run is not as it was written; empty when all of it is.
 std::string damage_in(const fs::path& folder, const Node& summary) {
   if (read_string(summary, "sha256") != hash_of_summary(summary)) return "summary.json was changed";
   const Node* const files = summary.find("files");
   if (files == nullptr || !files->is_object()) return "summary.json was changed";
+  for (const char* const number : required_numbers)
+    if (!read_maybe(summary, number)) return std::string(number) + " in summary.json is missing";
   for (const Member& file : files->object()) {
     const std::string hash = hash_of(folder / file.key);
     if (hash.empty()) return file.key + " is missing or cannot be read";

@@ -1,9 +1,7 @@
 #include "limit/lap_mesh.hpp"
 
-#include <cmath>
-#include <numbers>
-
 #include "geometry/course_adapter.hpp"
+#include "geometry/plane.hpp"
 
 namespace gripline {
 
@@ -14,7 +12,7 @@ LapMesh make_mesh(const Track& track, std::vector<double> stations) {
     const double s = mesh.s[k], end = k + 1 < mesh.s.size() ? mesh.s[k + 1] : mesh.s[0] + track.length();
     const double middle = track.wrap(0.5 * (s + end));
     mesh.ds.push_back(end - s);
-    const double turned = std::remainder(track.at(track.wrap(end)).yaw - track.at(s).yaw, 2.0 * std::numbers::pi);
+    const double turned = wrap_angle(track.at(track.wrap(end)).yaw - track.at(s).yaw);
     mesh.kappa.push_back(turned / (end - s));
     mesh.n_lo.push_back(-track.half_width_right(s));
     mesh.n_hi.push_back(track.half_width_left(s));

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "geometry/plane.hpp"
 #include "geometry/racing_line.hpp"
 
 namespace gripline {
@@ -33,9 +33,9 @@ Driven shape_of(const Track& track, const std::vector<double>& stations, const S
     heading[k] = std::atan2(b.y - a.y, b.x - a.x);  // of the piece from k to k + 1
   }
   for (std::size_t k = 0; k < count; ++k) {
-    const double turned = std::remainder(heading[k] - heading[before(k)], 2.0 * std::numbers::pi);
+    const double turned = wrap_angle(heading[k] - heading[before(k)]);
     const double yaw = heading[before(k)] + 0.5 * turned;
-    d.xi.push_back(std::remainder(yaw - track.at(stations[k]).yaw, 2.0 * std::numbers::pi));
+    d.xi.push_back(wrap_angle(yaw - track.at(stations[k]).yaw));
     d.kappa.push_back(turned / (0.5 * (d.way[before(k)] + d.way[k])));
   }
   return d;

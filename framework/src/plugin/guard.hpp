@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <initializer_list>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -27,6 +28,9 @@ class PluginFailure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// Throws a PluginFailure that says who, when and what it returned unless all numbers are finite.
+void require_finite(const std::string& who, double t, const char* what, std::initializer_list<double> numbers);
 
 /// A short text that one process writes and another may read at any time (shared memory); longer ones are cut.
 class SharedText {

@@ -23,24 +23,8 @@ void timed_call(const std::string& who, double t, double& spent_ms, F&& call) {
 /// For messages: a place or a speed to one decimal.
 std::string tenths(double value) { return number_text(std::round(10 * value) / 10); }
 
-void require_finite(const std::string& who, double t, const char* what, std::initializer_list<double> numbers) {
-  for (const double number : numbers)
-    if (!std::isfinite(number))
-      throw PluginFailure(who + format(" at t = %f s: returned %s that is not ", t, what) +
-                          (std::isnan(number) ? "a number" : "finite"));
-}
-
-void require_friction(const std::string& who, double t, const Belief& mu) {
-  const auto numbers = {mu.mu_front, mu.mu_rear, mu.sigma_front, mu.sigma_rear};
-  require_finite(who, t, "a friction", numbers);
-  if (std::ranges::min(numbers) < 0.0)
-    throw PluginFailure(who +
-                        format(" at t = %f s: returned a friction of %g and %g, sigma %g and %g; expected none below 0",
-                               t, mu.mu_front, mu.mu_rear, mu.sigma_front, mu.sigma_rear));
-}
-
 /// Every member of a reference: controllers may read any of them.
-void require_finite(const std::string& who, double t, const RefPoint& r) {
+void require_finite_reference(const std::string& who, double t, const RefPoint& r) {
   const Place& at = r.at;
   require_finite(who, t, "a reference", {r.s, r.x, r.y, r.yaw, r.kappa, r.v, r.left, r.right, r.beta});
   require_finite(who, t, "a reference",
@@ -75,8 +59,8 @@ void Simulation::step() {
   metrics_.step();
   if (observer_ != nullptr) observer_->on_step(true_before, true_place, u_, world_, stack_);
   filter_reading();
-  sample_ = sample_of(before);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
-  if (learns_)                  // lines 5-7
+  sample_ = stack_.sample(before, u_, now_);  // line 4: e = x_t+1 - f_nom(x_t, u_t)
+  if (learns_)                                // lines 5-7
     timed_call(stack_.spec().estimator.id(), now_.t, timing_.update_ms, [&] { stack_.learn(sample_); });
   decide();  // lines 8-15
 }
@@ -94,25 +78,12 @@ void Simulation::filter_reading() {
   acted_on_.at = place_of(world_.track(), world_.track().locate(x.x, x.y, now_.at.s), now_.t, x.x, x.y, x.yaw);
 }
 
-/// Evaluates both models before the controller does, so that a prediction that is not finite is blamed on its plugin.
-Sample Simulation::sample_of(const Observation& before) {
-  const StackSpec& spec = stack_.spec();
-  const Sample sample = guard(spec.model.model.id(), now_.t, [&] { return stack_.sample(before, u_, now_); });
-  require_finite(spec.model.model.id(), now_.t, "a prediction", {sample.e_vx, sample.e_vy, sample.e_omega});
-  if (spec.estimator.empty()) return sample;
-  const State next = guard(spec.estimator.id(), now_.t, [&] { return stack_.follow(sample); });
-  require_finite(spec.estimator.id(), now_.t, "a correction", {next.x, next.y, next.yaw, next.vx, next.vy, next.omega});
-  return sample;
-}
-
 void Simulation::decide() {
-  StackBelief belief = guard(stack_.spec().estimator.id(), now_.t,
-                             [&] { return stack_.belief(now_.t); });  // lines 8-13: {f_corr, mu} or {f_nom, mu_init}
-  require_friction(stack_.spec().estimator.id(), now_.t, belief.mu);
+  StackBelief belief = stack_.belief(now_.t);  // lines 8-13: {f_corr, mu} or {f_nom, mu_init}
   model_ = belief.model;
   timed_call(stack_.spec().planner.id(), now_.t, timing_.plan_ms,
              [&] { stack_.planner().plan(acted_on_, belief.mu, belief.learned, horizon_); });  // line 14
-  for (const RefPoint& point : horizon_) require_finite(stack_.spec().planner.id(), now_.t, point);
+  for (const RefPoint& point : horizon_) require_finite_reference(stack_.spec().planner.id(), now_.t, point);
   timed_call(stack_.spec().controller.id(), now_.t, timing_.solve_ms,
              [&] { command_ = stack_.controller().control(acted_on_, horizon_, *belief.model); });  // line 15
   require_finite(stack_.spec().controller.id(), now_.t, "a command", {command_.u.d, command_.u.ddelta});

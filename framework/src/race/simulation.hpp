@@ -50,7 +50,6 @@ class Simulation {
   const StepTiming& timing() const { return timing_; }
 
  private:
-  Sample sample_of(const Observation& before);
   void filter_reading();
   void decide();
   bool over(RunSummary& summary) const;

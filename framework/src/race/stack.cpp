@@ -1,8 +1,10 @@
 #include "race/stack.hpp"
 
-#include <limits>
+#include <algorithm>
 
 #include "config/hash.hpp"
+#include "plugin/guard.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline {
 namespace {
@@ -24,6 +26,15 @@ Instance<Interface> create_for(const PluginSpec& spec, PluginContext context, co
   context.cache_dir = cache_dir.empty() ? nullptr : cache_dir.c_str();
   context.truth = spec.entry->needs_truth() ? truth : nullptr;
   return create<Interface>(*spec.entry, context, spec.values);
+}
+
+void require_friction(const std::string& who, double t, const Belief& mu) {
+  const auto numbers = {mu.mu_front, mu.mu_rear, mu.sigma_front, mu.sigma_rear};
+  require_finite(who, t, "a friction", numbers);
+  if (std::ranges::min(numbers) < 0.0)
+    throw PluginFailure(who +
+                        format(" at t = %f s: returned a friction of %g and %g, sigma %g and %g; expected none below 0",
+                               t, mu.mu_front, mu.mu_rear, mu.sigma_front, mu.sigma_rear));
 }
 
 void refuse_truth(const PluginSpec& plugin, const Node& node, Errors& errors) {
@@ -143,6 +154,17 @@ Stack::Stack(const StackSpec& spec, const StackContext& world, const Observation
   corrected_.reset(start.x, start.d, start.at);
 }
 
+/// Evaluates both models before the controller does, so that a prediction that is not finite is blamed on its plugin.
+Sample Stack::sample(const Observation& before, const Input& u, const Observation& now) {
+  const std::string model = spec_.model.model.id(), estimator = spec_.estimator.id();
+  const Sample sample = guard(model, now.t, [&] { return residual_sample(nominal_, before, u, now); });
+  require_finite(model, now.t, "a prediction", {sample.e_vx, sample.e_vy, sample.e_omega});
+  if (!estimator_) return sample;
+  const State next = guard(estimator, now.t, [&] { return corrected_.advance(sample.x, sample.u, sample.at); });
+  require_finite(estimator, now.t, "a correction", {next.x, next.y, next.yaw, next.vx, next.vy, next.omega});
+  return sample;
+}
+
 void Stack::learn(const Sample& sample) {
   if (estimator_) (*estimator_)->update(sample);
 }
@@ -162,6 +184,12 @@ std::string Stack::nonfinite_plugin(const Observation& now, const Input& u) cons
 }
 
 StackBelief Stack::belief(double t) {
+  StackBelief now = guard(spec_.estimator.id(), t, [&] { return believed(t); });
+  require_friction(spec_.estimator.id(), t, now.mu);
+  return now;
+}
+
+StackBelief Stack::believed(double t) {
   StackBelief now{&nominal_, {}, nullptr};
   now.mu.mu_front = now.mu.mu_rear = spec_.mu_init;
   if (!estimator_ || !(t > spec_.adapt_after)) return now;

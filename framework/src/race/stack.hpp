@@ -60,15 +60,16 @@ class Stack {
  public:
   /// The spec must outlive the stack. Throws PluginError when a plugin cannot be created.
   Stack(const StackSpec& spec, const StackContext& world, const Observation& start);
+  // Its plugins keep pointers into it.
+  Stack(const Stack&) = delete;
+  Stack& operator=(const Stack&) = delete;
 
-  /// What the step from `before` to `now` under u left unexplained (line 4); advances the nominal model's memory.
-  Sample sample(const Observation& before, const Input& u, const Observation& now) {
-    return residual_sample(nominal_, before, u, now);
-  }
-  /// Advances the corrected model's memory over the same step; returns the state it predicts.
-  State follow(const Sample& sample) { return corrected_.advance(sample.x, sample.u, sample.at); }
+  /// What the step from `before` to `now` under u left unexplained (line 4); advances the memory of both models. Throws
+  /// PluginFailure where the model or the estimator throws or predicts what is not finite.
+  Sample sample(const Observation& before, const Input& u, const Observation& now);
   /// Updates the estimator, if there is one, with a step (Algorithm 1, lines 5-7).
   void learn(const Sample& sample);
+  /// Throws PluginFailure where the estimator throws or believes in what is no friction.
   StackBelief belief(double t);
   SpeedPlanner& planner() { return *planner_; }
   Controller& controller() { return *controller_; }
@@ -79,6 +80,8 @@ class Stack {
   std::string nonfinite_plugin(const Observation& now, const Input& u) const;
 
  private:
+  StackBelief believed(double t);
+
   const StackSpec& spec_;
   std::array<std::string, 3> cache_dirs_;  // of estimator, planner, controller, which keep pointers into it
   PluginContext context_;

@@ -68,6 +68,15 @@ std::size_t count_undrawable(const std::vector<TimeSeries>& channels) {
   return count;
 }
 
+/// replay.csv with the belief's deviation of the whole car for those of its axles.
+nlohmann::json replay_json(const Run& run, const CarShape& car, const Detail& detail) {
+  nlohmann::json out = packed_columns(run.replay, detail.precision, detail.replay_stride);
+  for (const char* axle : {"mu_sigma_front", "mu_sigma_rear"}) out.erase(axle);
+  const std::vector<double> sigma = mu_sigma(run, car);
+  if (!sigma.empty()) out["mu_sigma"] = pack(thin(sigma, Thinning::sample, detail.replay_stride), detail.precision);
+  return out;
+}
+
 nlohmann::json run_json(const Run& run, const CarShape& car, const Detail& detail) {
   const std::vector<TimeSeries> channels = step_channels(run, car);
   nlohmann::json steps = nlohmann::json::object();
@@ -76,7 +85,7 @@ nlohmann::json run_json(const Run& run, const CarShape& car, const Detail& detai
   return {{"steps", std::move(steps)},
           {"stride", detail.stride},
           {"undrawable", count_undrawable(channels)},
-          {"replay", packed_columns(run.replay, detail.precision, detail.replay_stride)},
+          {"replay", replay_json(run, car, detail)},
           {"tyres",
            {{"front", packed_tyres(run.tyres, "front", detail.precision, detail.tyre_stride)},
             {"rear", packed_tyres(run.tyres, "rear", detail.precision, detail.tyre_stride)}}}};

@@ -7,6 +7,8 @@
 #include <set>
 #include <utility>
 
+#include <gripline/types.hpp>
+
 #include "report/figures.hpp"
 #include "report/packing.hpp"
 #include "report/plot.hpp"
@@ -16,7 +18,6 @@
 namespace gripline::report {
 namespace {
 
-constexpr double g = 9.81;
 constexpr const char* dashed = "6 4";
 
 /// One run as the figures need it.
@@ -24,6 +25,7 @@ struct RunSeries {
   std::size_t stack;
   std::string label, colour, dash;
   std::map<std::string, std::vector<double>> channels;
+  std::vector<double> mu_sigma;  // of the rows of run.replay; may be empty
   Run run;
 
   [[nodiscard]] const std::vector<double>& at(const std::string& name) const {
@@ -44,9 +46,11 @@ std::vector<RunSeries> first_runs(const Inputs& inputs) {
     const StackEntry& stack = inputs.stacks[i];
     for (const RunName& name : inputs.runs) {
       if (name.stack != stack.name) continue;
-      RunSeries one{i, label_of(stack), series_colour(i), stack.needs_truth ? dashed : "", {}, read_run(inputs, name)};
+      RunSeries one{i,  label_of(stack),       series_colour(i), stack.needs_truth ? dashed : "", {},
+                    {}, read_run(inputs, name)};
       for (TimeSeries& channel : step_channels(one.run, car)) one.channels[channel.name] = std::move(channel.values);
       if (one.channels.empty()) continue;
+      one.mu_sigma = mu_sigma(one.run, car);
       drawn.push_back(std::move(one));
       break;
     }
@@ -191,16 +195,15 @@ FigureFile friction(const std::vector<RunSeries>& runs) {
   panel.x.label = "time [s]";
   panel.y.label = "µ of the whole car";
   for (const RunSeries& d : runs) {
-    const auto t = d.run.replay.numbers("t_s"), front = d.run.replay.numbers("mu_sigma_front"),
-               rear = d.run.replay.numbers("mu_sigma_rear");
-    if (!d.has("mu_belief") || t.empty() || front.size() != t.size() || rear.size() != t.size()) continue;
+    const auto t = d.run.replay.numbers("t_s");
+    if (!d.has("mu_belief") || t.empty() || d.mu_sigma.size() != t.size()) continue;
     Series band;
     band.kind = Series::Kind::band;
     band.x.assign(t.begin(), t.end());
     band.y = band.high = interpolated(t, d.at("t"), d.at("mu_belief"));
     for (std::size_t i = 0; i < t.size(); ++i) {
-      band.y[i] -= (front[i] + rear[i]) / 2;
-      band.high[i] += (front[i] + rear[i]) / 2;
+      band.y[i] -= d.mu_sigma[i];
+      band.high[i] += d.mu_sigma[i];
     }
     band.colour = d.colour;
     band.opacity = 0.16;
@@ -289,8 +292,8 @@ FigureFile g_g(const std::vector<RunSeries>& runs) {
     Series s;
     s.kind = Series::Kind::points;
     for (std::size_t i = 0; i < std::min(d.at("ax").size(), d.at("ay").size()); ++i) {
-      s.x.push_back(d.at("ay")[i] / g);
-      s.y.push_back(d.at("ax")[i] / g);
+      s.x.push_back(d.at("ay")[i] / gravity);
+      s.y.push_back(d.at("ax")[i] / gravity);
     }
     s.colour = d.colour;
     s.label = d.label;

@@ -92,13 +92,18 @@ void add_accelerations(TimeSeriesList& list) {
   list.add("ay", Thinning::extremes, std::move(ay));
 }
 
+/// Both axles' values, weighted by their static loads.
+std::vector<double> of_whole_car(std::span<const double> front, std::span<const double> rear, const CarShape& car) {
+  const double share = front_share(car);
+  std::vector<double> out(front.size());
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = share * front[i] + (1 - share) * rear[i];
+  return out;
+}
+
 void add_belief(TimeSeriesList& list, const CarShape& car) {
   const std::span<const double> front = list.find("mu_front"), rear = list.find("mu_rear");
   if (front.empty() || rear.empty()) return;
-  const double share = front_share(car);
-  std::vector<double> mu(front.size());
-  for (std::size_t i = 0; i < mu.size(); ++i) mu[i] = share * front[i] + (1 - share) * rear[i];
-  list.add("mu_belief", Thinning::extremes, std::move(mu));
+  list.add("mu_belief", Thinning::extremes, of_whole_car(front, rear, car));
 }
 
 }  // namespace
@@ -147,6 +152,13 @@ std::vector<TimeSeries> step_channels(const Run& run, const CarShape& car) {
   const std::span<const double> solve = run.timing.numbers("solve_ms");
   if (solve.size() == run.steps.rows() && any_number(solve)) list.add("solve_ms", extremes, copy(solve));
   return list.release();
+}
+
+std::vector<double> mu_sigma(const Run& run, const CarShape& car) {
+  const std::span<const double> front = run.replay.numbers("mu_sigma_front"),
+                                rear = run.replay.numbers("mu_sigma_rear");
+  if (front.size() != rear.size() || !any_number(front) || !any_number(rear)) return {};
+  return of_whole_car(front, rear, car);
 }
 
 }  // namespace gripline::report

@@ -44,4 +44,8 @@ double front_share(const CarShape& car);
 /// Columns that are absent or empty are left out. The first channel is t.
 std::vector<TimeSeries> step_channels(const Run& run, const CarShape& car);
 
+/// Standard deviation of mu_belief at every row of replay.csv, weighted alike: an error of both axles in one direction
+/// is taken for granted, as total_sigma of the SDK has it. Empty if the log does not state it.
+std::vector<double> mu_sigma(const Run& run, const CarShape& car);
+
 }  // namespace gripline::report

@@ -28,11 +28,6 @@ int whole_steps(double time, double dt, const Node& node, const char* what, Erro
 
 }  // namespace
 
-bool SensorSpec::perfect() const {
-  return std::all_of(channels.begin(), channels.end(),
-                     [](const Channel& c) { return c.sigma == 0.0 && c.bias == 0.0 && c.every == 1 && c.delay == 0; });
-}
-
 ChannelSet SensorSpec::read_at(std::int64_t step) const {
   ChannelSet read;
   for (std::size_t i = 0; i < channels.size(); ++i) read[i] = channels[i].reads(step);

@@ -32,7 +32,6 @@ struct SensorSpec {
     bool reads(std::int64_t step) const { return step % every == 0; }
   };
   std::array<Channel, channel_count> channels;
-  bool perfect() const;
   /// The channels whose reading of this control step is a new one; the others show an earlier one.
   ChannelSet read_at(std::int64_t step) const;
 };

@@ -1,6 +1,7 @@
 #include "world/world.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/container/small_vector.hpp>
 #include <cmath>
 
@@ -26,13 +27,16 @@ double peak_of(F&& force) {
   double lo = largest_slip * std::max(0, best - 1) / count;
   double hi = largest_slip * std::min(count, best + 1) / count;
   constexpr double golden = 0.6180339887498949;
+  double a = hi - golden * (hi - lo), b = lo + golden * (hi - lo);
+  double at_a = force(a), at_b = force(b);
   for (int i = 0; i < 40; ++i) {
-    const double a = hi - golden * (hi - lo);
-    const double b = lo + golden * (hi - lo);
-    if (force(a) < force(b))
-      lo = a;
-    else
-      hi = b;
+    if (at_a < at_b) {
+      lo = a, a = b, at_a = at_b;
+      b = lo + golden * (hi - lo), at_b = force(b);
+    } else {
+      hi = b, b = a, at_b = at_a;
+      a = hi - golden * (hi - lo), at_a = force(a);
+    }
   }
   return std::max(top, force(0.5 * (lo + hi)));
 }
@@ -85,8 +89,9 @@ class World::ModelCar final : public World::CarDynamics {
     on_the_flat_.s = at.s;
     on_the_flat_.lap_fraction = at.lap_fraction;
     // Beside the friction factor only effects, which may depend on time and place, move the peaks.
-    if (peaks_.empty() || tyres_.effects() > 1) find_peaks();
-    model_.car().params()[factor_at()] = factor;
+    const bool moved = tyres_.effects() > 1 && curves_moved();
+    if (peaks_.empty() || moved) find_peaks();
+    model_.set_parameter(factor_at(), factor);
     true_params_[factor_at()] = factor;
     true_dual_params_[factor_at()] = Dual8(factor);
   }
@@ -130,6 +135,16 @@ class World::ModelCar final : public World::CarDynamics {
   static StepOptions options(const WorldSpec& spec) { return {spec.dt, spec.hold, spec.vehicle.integration}; }
   /// Friction is the first effect: the others change the peaks it leaves.
   std::size_t factor_at() const { return model_.car().param_offset(0); }
+  /// Whether the curves changed since the last call: those that are the same to the last bit at slips over their whole
+  /// range are taken for the same.
+  bool curves_moved() {
+    const auto before = forces_;
+    for (const Axle axle : {Axle::front, Axle::rear}) {
+      double slip = largest_slip;
+      for (double& force : forces_[static_cast<std::size_t>(axle)]) force = curve(axle, slip), slip *= 0.5;
+    }
+    return forces_ != before;
+  }
   void find_peaks() {
     peaks_.clear();
     for (const Axle axle : {Axle::front, Axle::rear})
@@ -180,8 +195,9 @@ class World::ModelCar final : public World::CarDynamics {
   std::vector<double> true_params_;
   std::vector<Dual8> true_dual_params_;
   bool substeps_by_error_;
-  Place on_the_flat_;          // the present time and place, without slopes
-  std::vector<double> peaks_;  // front and rear [N]; empty without tyres
+  Place on_the_flat_;                              // the present time and place, without slopes
+  std::vector<double> peaks_;                      // front and rear [N]; empty without tyres
+  std::array<std::array<double, 8>, 2> forces_{};  // of the curves, at the slips of curves_moved() [N]
   Acting acting_;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -44,8 +45,10 @@ inline bool is_between_edges(const LinePoint& p, double x, double y) {
 /// stretch that runs its way, of those between whose edges it is.
 inline std::size_t sample_facing(std::span<const LinePoint> samples, std::size_t nearest, double x, double y,
                                  double yaw) {
-  constexpr double along = M_PI / 12.0;
-  const auto askew = [&](std::size_t i) { return std::abs(std::remainder(yaw - samples[i].yaw, 2.0 * M_PI)); };
+  constexpr double along = std::numbers::pi / 12.0;
+  const auto askew = [&](std::size_t i) {
+    return std::abs(std::remainder(yaw - samples[i].yaw, 2.0 * std::numbers::pi));
+  };
   const auto distance2 = [&](std::size_t i) { return square(x - samples[i].x) + square(y - samples[i].y); };
   const std::size_t count = samples.size();
   std::size_t best = nearest;
@@ -91,7 +94,7 @@ class ClosedLine {
     r.s = wrap_periodic(s, length_);
     r.x = shape.x;
     r.y = shape.y;
-    r.yaw = p.yaw + std::remainder(std::atan2(shape.dy, shape.dx) - p.yaw, 2.0 * M_PI);
+    r.yaw = p.yaw + std::remainder(std::atan2(shape.dy, shape.dx) - p.yaw, 2.0 * std::numbers::pi);
     const auto mix = [&](double from, double to) { return from + (to - from) * b.weight; };
     r.kappa = mix(p.kappa, q.kappa);
     r.left = mix(p.left, q.left);

@@ -4,21 +4,16 @@
 #include <limits>
 
 namespace gripline::mpc_sqp {
-namespace {
-
-std::size_t doubles(int stages, int size) { return static_cast<std::size_t>(stages) * static_cast<std::size_t>(size); }
-
-}  // namespace
 
 OcpQp::OcpQp(int N, int nx)
     : dims(N, nx),
-      BA_(doubles(N, dims.ldx * dims.ldux)),
-      b_(doubles(N, dims.ldx)),
-      RS_(doubles(N, OcpQpDims::nu * dims.ldux)),
-      Q_(doubles(N + 1, dims.ldx * dims.ldx)),
-      rq_(doubles(N + 1, dims.ldux)),
-      C_(doubles(N + 1, dims.ldx)),
-      bounds_(doubles(N + 1, 2 * con_count)) {
+      BA_(N, dims.ldx * dims.ldux),
+      b_(N, dims.ldx),
+      RS_(N, OcpQpDims::nu * dims.ldux),
+      Q_(N + 1, dims.ldx * dims.ldx),
+      rq_(N + 1, dims.ldux),
+      C_(N + 1, dims.ldx),
+      bounds_(N + 1, 2 * con_count) {
   const double infinity = std::numeric_limits<double>::infinity();
   for (int k = 0; k <= N; ++k) {
     std::fill_n(lb(k), con_count, -infinity);

@@ -48,17 +48,17 @@ class OcpQp {
   double Z = 2.0;  // weight of a squared slack, of either side; > 0
   double z = 0.0;  // weight of a slack; >= 0
 
-  double* A(int k) { return at(BA_, k, dims.ldx * dims.ldux) + 4; }       // [nx][nx], k < N
-  double* B(int k) { return at(BA_, k, dims.ldx * dims.ldux); }           // [nx][nu], k < N
-  double* b(int k) { return at(b_, k, dims.ldx); }                        // [nx], k < N
-  double* Q(int k) { return at(Q_, k, dims.ldx * dims.ldx); }             // [nx][nx], k <= N
-  double* R(int k) { return at(RS_, k, OcpQpDims::nu * dims.ldux); }      // [nu][nu], k < N
-  double* S(int k) { return at(RS_, k, OcpQpDims::nu * dims.ldux) + 4; }  // [nu][nx], k < N
-  double* r(int k) { return at(rq_, k, dims.ldux); }                      // [nu], k < N
-  double* q(int k) { return at(rq_, k, dims.ldux) + 4; }                  // [nx], k <= N
-  double* C(int k) { return at(C_, k, dims.ldx); }                        // [nx], k <= N
-  double* lb(int k) { return at(bounds_, k, 2 * con_count); }             // [con_count]: lbu, lbx, lg
-  double* ub(int k) { return at(bounds_, k, 2 * con_count) + con_count; }
+  double* A(int k) { return BA_[k] + 4; }   // [nx][nx], k < N
+  double* B(int k) { return BA_[k]; }       // [nx][nu], k < N
+  double* b(int k) { return b_[k]; }        // [nx], k < N
+  double* Q(int k) { return Q_[k]; }        // [nx][nx], k <= N
+  double* R(int k) { return RS_[k]; }       // [nu][nu], k < N
+  double* S(int k) { return RS_[k] + 4; }   // [nu][nx], k < N
+  double* r(int k) { return rq_[k]; }       // [nu], k < N
+  double* q(int k) { return rq_[k] + 4; }   // [nx], k <= N
+  double* C(int k) { return C_[k]; }        // [nx], k <= N
+  double* lb(int k) { return bounds_[k]; }  // [con_count]: lbu, lbx, lg
+  double* ub(int k) { return bounds_[k] + con_count; }
   double* lbu(int k) { return lb(k); }  // [nu]
   double* ubu(int k) { return ub(k); }
   double& lbx(int k) { return lb(k)[con_x]; }
@@ -66,26 +66,35 @@ class OcpQp {
   double& lg(int k) { return lb(k)[con_g]; }
   double& ug(int k) { return ub(k)[con_g]; }
 
-  const double* A(int k) const { return const_cast<OcpQp*>(this)->A(k); }
-  const double* B(int k) const { return const_cast<OcpQp*>(this)->B(k); }
-  const double* b(int k) const { return const_cast<OcpQp*>(this)->b(k); }
-  const double* Q(int k) const { return const_cast<OcpQp*>(this)->Q(k); }
-  const double* R(int k) const { return const_cast<OcpQp*>(this)->R(k); }
-  const double* S(int k) const { return const_cast<OcpQp*>(this)->S(k); }
-  const double* r(int k) const { return const_cast<OcpQp*>(this)->r(k); }
-  const double* q(int k) const { return const_cast<OcpQp*>(this)->q(k); }
-  const double* C(int k) const { return const_cast<OcpQp*>(this)->C(k); }
-  const double* lb(int k) const { return const_cast<OcpQp*>(this)->lb(k); }
-  const double* ub(int k) const { return const_cast<OcpQp*>(this)->ub(k); }
+  const double* A(int k) const { return BA_[k] + 4; }
+  const double* B(int k) const { return BA_[k]; }
+  const double* b(int k) const { return b_[k]; }
+  const double* Q(int k) const { return Q_[k]; }
+  const double* R(int k) const { return RS_[k]; }
+  const double* S(int k) const { return RS_[k] + 4; }
+  const double* r(int k) const { return rq_[k]; }
+  const double* q(int k) const { return rq_[k] + 4; }
+  const double* C(int k) const { return C_[k]; }
+  const double* lb(int k) const { return bounds_[k]; }
+  const double* ub(int k) const { return bounds_[k] + con_count; }
 
   /// The first n rows of A_k and B_k, in the first n states: A [n][n] and B [n][nu] without padding.
   void set_AB(int k, const double* A, const double* B, int n);
 
  private:
-  static double* at(Buffer& buffer, int k, int size) {
-    return buffer.data() + static_cast<std::size_t>(k) * static_cast<std::size_t>(size);
-  }
-  Buffer BA_, b_, RS_, Q_, rq_, C_, bounds_;
+  /// The doubles of every stage, one stage after the other.
+  class PerStage {
+   public:
+    PerStage(int stages, int size)
+        : size_(static_cast<std::size_t>(size)), buffer_(static_cast<std::size_t>(stages) * size_) {}
+    double* operator[](int k) { return buffer_.data() + static_cast<std::size_t>(k) * size_; }
+    const double* operator[](int k) const { return buffer_.data() + static_cast<std::size_t>(k) * size_; }
+
+   private:
+    std::size_t size_;
+    Buffer buffer_;
+  };
+  PerStage BA_, b_, RS_, Q_, rq_, C_, bounds_;
 };
 
 }  // namespace gripline::mpc_sqp

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 namespace gripline::gp {
@@ -110,7 +111,7 @@ double log_likelihood(const Kernel& kernel, const Eigen::MatrixXd& x, const Eige
     for (int i = 0; i < inputs; ++i)
       (*gradient)[i] = scaled.col(i).cwiseAbs2().dot(rows) - scaled.col(i).dot(product.col(i));
   }
-  return -0.5 * y.dot(weights) - half_log_determinant - 0.5 * static_cast<double>(n) * std::log(2.0 * M_PI);
+  return -0.5 * y.dot(weights) - half_log_determinant - 0.5 * static_cast<double>(n) * std::log(2.0 * std::numbers::pi);
 }
 
 Kernel fit_kernel(const Kernel& start, const Eigen::MatrixXd& x, const Eigen::VectorXd& y, int iterations) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <numbers>
 
 #include "config/errors.hpp"
 #include "support/bag_writing.hpp"
@@ -59,8 +60,9 @@ TEST(BagTable, RowsOfOneTopicHaveTheOthersLinearBetweenMessages) {
       const double now = column(t, "time")[r];
       ASSERT_NEAR(now, 0.05 * static_cast<double>(r), 1e-9);
       ASSERT_NEAR(column(t, "/odom.twist.twist.angular.z")[r], Weaving::rate(now), 1e-12);
-      ASSERT_NEAR(std::remainder(column(t, "/odom.pose.pose.orientation.yaw")[r] - Weaving::yaw(now), 2 * M_PI), 0,
-                  1e-9);
+      ASSERT_NEAR(
+          std::remainder(column(t, "/odom.pose.pose.orientation.yaw")[r] - Weaving::yaw(now), 2 * std::numbers::pi), 0,
+          1e-9);
       ASSERT_NEAR(column(t, "/vesc/drive.drive.steering_angle")[r], Weaving::steer(now), 1e-4);
       ASSERT_NEAR(column(t, "/throttle.data")[r], Weaving::throttle(now), 1e-5);
     }
@@ -80,8 +82,8 @@ TEST(BagTable, WithoutANameTheTopicWithMostMessagesGivesTheRows) {
   const auto& yaw = column(t, "/odom.pose.pose.orientation.yaw");
   double largest = 0;
   for (std::size_t r = 0; r < 1000; ++r)
-    largest =
-        std::max(largest, std::abs(std::remainder(yaw[r] - Weaving::yaw(0.04 * static_cast<double>(r)), 2 * M_PI)));
+    largest = std::max(
+        largest, std::abs(std::remainder(yaw[r] - Weaving::yaw(0.04 * static_cast<double>(r)), 2 * std::numbers::pi)));
   EXPECT_LT(largest, 2e-4) << "also between messages on both sides of half a turn";
 }
 

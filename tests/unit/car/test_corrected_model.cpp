@@ -421,8 +421,7 @@ TEST(CorrectedModel, ParametersMayChangeBetweenSteps) {
   const std::vector<double> row = lively_row(*model, 4);
   const Input u = {0.5, 0.5};
   const std::vector<double> fresh = stepped(*model, row, u);
-  model->car().params().back() = -0.5;
-  model->refresh();
+  model->set_parameter(model->car().params().size() - 1, -0.5);
   const std::vector<double> worn = stepped(*model, row, u);
   EXPECT_LT(std::abs(worn[5] - row[5]), std::abs(fresh[5] - row[5]));
   const auto n = row.size();

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "config/hash.hpp"
+#include "config/json_file.hpp"
 #include "support/host_support.hpp"
 #include "util/csv_writer.hpp"
 
@@ -145,6 +146,31 @@ TEST(RunResult, WhatWasChangedIsFound) {
   std::string other;
   EXPECT_FALSE(read_result(folder.path(), "another key", &other).has_value());
   EXPECT_EQ(other, "");  // another run's, and none of our business
+}
+
+/// A time outside of 0 is the best that a run can have: a summary without one is none, even with a hash that fits.
+TEST(RunResult, ASummaryWithoutItsNumbersIsDamaged) {
+  const Folder folder;
+  write_times(folder);
+  write_summary(folder.path(), some(), "key");
+  const Node whole = parse_file(folder / "summary.json");
+  const auto damage = [&](Node summary) {
+    summary.erase("sha256");
+    summary.set("sha256", Node(sha256_hex(content_text(summary))));
+    write_text(folder / "summary.json", to_json_text(summary));
+    std::string found = "none";
+    EXPECT_EQ(read_result(folder.path(), "key", &found).has_value(), found.empty());
+    return found;
+  };
+  EXPECT_EQ(damage(whole), "");
+  for (const char* number :
+       {"seed", "violation_s", "violation_body_s", "plan_latency_s", "solver_failures", "steps", "simulated_s"}) {
+    Node without = whole, null = whole;
+    without.erase(number);
+    null.set(number, Node());
+    EXPECT_EQ(damage(without), std::string(number) + " in summary.json is missing");
+    EXPECT_EQ(damage(null), std::string(number) + " in summary.json is missing");
+  }
 }
 
 /// A process that was lost may have left none, and its row has no times then.

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "limit/lap_limit.hpp"
@@ -126,9 +127,9 @@ TEST(EnvelopeCar, TimeOptimalLapOfABlackBox) {
   EXPECT_LE(fresh.error_s, lap_limit_tolerance * fresh.lap_s);
   const EnvelopeCar car(world, 1.0, false);
   const double side = car.envelope().side.at(25.0, 1.0);
-  EXPECT_GT(fresh.lap_s,
-            2 * straight / car.envelope().top + 2 * M_PI * radius / std::sqrt(1.05 * side * (radius + half_width)));
-  EXPECT_LT(fresh.lap_s, (2 * straight + 2 * M_PI * radius) / std::sqrt(side * radius));
+  EXPECT_GT(fresh.lap_s, 2 * straight / car.envelope().top +
+                             2 * std::numbers::pi * radius / std::sqrt(1.05 * side * (radius + half_width)));
+  EXPECT_LT(fresh.lap_s, (2 * straight + 2 * std::numbers::pi * radius) / std::sqrt(side * radius));
   for (std::size_t k = 0; k < mesh.size(); ++k) {
     const auto &a = lap.z[k], &b = lap.z[(k + 1) % mesh.size()];
     const double d = a[lap_d];

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "support/host_support.hpp"
 
@@ -50,7 +51,7 @@ class Drive {
   Input follow(double speed) const {
     const State& x = world_.state();
     const Place& at = world_.place();
-    const double heading = std::remainder(x.yaw - at.yaw_line, 2 * M_PI);
+    const double heading = std::remainder(x.yaw - at.yaw_line, 2 * std::numbers::pi);
     const double wanted = std::atan(0.062 * (at.kappa - 10 * at.n - 6 * heading));
     return {0.25 + 2 * (speed - x.vx), (wanted - x.delta) / spec_.dt};
   }
@@ -198,7 +199,7 @@ TEST(Metrics, LapsWithTheirMeanFactors) {
     EXPECT_NEAR(summary.laps[i], laps[i], 1e-12);
     EXPECT_NEAR(summary.lap_mean_factors[i], means[i], 1e-12);
   }
-  EXPECT_NEAR(lengths[1], 4 + 1.6 * M_PI, 0.03);  // the oval's length, to a step
+  EXPECT_NEAR(lengths[1], 4 + 1.6 * std::numbers::pi, 0.03);  // the oval's length, to a step
   EXPECT_LT(summary.lap_mean_factors[1], summary.lap_mean_factors[0]);
 }
 

@@ -75,8 +75,8 @@ TEST(Recorder, ALogReplaysUnderHeldCommands) {
     EXPECT_NEAR(value(k, "mu_true"), factor * 0.3657 / (0.041 * 9.81), 1e-9);
     for (std::size_t i = 0; i < race.world().vehicle.model.values.size(); ++i) {
       const std::string name = race.world().vehicle.model.entry->params()[i].name;
-      if (name == "Df") model.car().params()[i] = 0.192 * factor;
-      if (name == "Dr") model.car().params()[i] = 0.1737 * factor;
+      if (name == "Df") model.set_parameter(i, 0.192 * factor);
+      if (name == "Dr") model.set_parameter(i, 0.1737 * factor);
     }
     const State next = model.advance(x, {value(k, "d"), 0}, {});
     EXPECT_NEAR(next.x, value(k + 1, "x_true_m"), 1e-13) << k;

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <type_traits>
+
 #include "config/hash.hpp"
+#include "plugin/guard.hpp"
 #include "race/assembly.hpp"
 #include "support/host_support.hpp"
 
@@ -13,6 +16,10 @@ namespace test_stack {
 using testing::AllOf;
 using testing::HasSubstr;
 using namespace testing_support;
+
+// Its plugins keep a pointer to its nominal model.
+static_assert(!std::is_copy_constructible_v<Stack> && !std::is_copy_assignable_v<Stack>);
+static_assert(!std::is_move_constructible_v<Stack> && !std::is_move_assignable_v<Stack>);
 
 /// A world, a stack in it, and steps of both.
 class Rig {
@@ -241,8 +248,29 @@ double error_of_next(Rig& rig, const Input& input) {
   const double u[] = {input.d, input.ddelta};
   model.step(1, row, u, {&now.at, 1}, next, {}, {});
   const Sample sample = rig.advance(input);
-  rig.stack().follow(sample);
   return std::max(std::abs(next[5] - sample.x_next.omega), std::abs(next[3] - sample.x_next.vx));
+}
+
+/// Who steps a world without Algorithm 1 is told of them as a race is.
+TEST(Stack, FailuresOfItsPluginsHaveTheirNameAndTime) {
+  const auto failure = [](const std::string& estimator) {
+    Rig rig(R"({"estimator": {"plugin": ")" + estimator + R"("}})", R"({"start": {"speed": 1}})");
+    try {
+      for (int k = 0; k < 40; ++k) {
+        rig.stack().learn(rig.advance({0.3, 0}));
+        (void)rig.stack().belief(rig.world().time());
+      }
+    } catch (const PluginFailure& failed) {
+      return std::string(failed.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_THAT(failure("fault.nan_friction"),
+              AllOf(HasSubstr("fault.nan_friction at t = "), HasSubstr("returned a friction that is not a number")));
+  EXPECT_THAT(failure("fault.negative_friction"), HasSubstr("expected none below 0"));
+  EXPECT_THAT(failure("fault.nan_correction"), AllOf(HasSubstr("fault.nan_correction at t = "),
+                                                     HasSubstr("returned a correction that is not a number")));
+  EXPECT_EQ(failure("none"), "none");
 }
 
 /// f_corr = f_nom + e_pred after adapt_after, f_nom until then.

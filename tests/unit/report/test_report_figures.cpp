@@ -68,6 +68,25 @@ TEST(ReportFigures, IntervalsOfTheTableAreDrawn) {
   EXPECT_EQ(lines_of("laps", names, ",,,,,,"), lines_of("laps", "", ""));
 }
 
+/// A quarter of this car's static load is on the front axle.
+TEST(ReportFigures, TheBandOfFrictionIsThatOfTheWholeCar) {
+  const Folder folder;
+  const auto drawn = [&](const std::string& name, const std::string& sigmas) {
+    const fs::path run = folder.path() / name / "only" / "1";
+    fs::create_directories(run);
+    std::ofstream(folder.path() / name / "scene.json") << R"({"name": "band", "car": {"m": 1, "lf": 3, "lr": 1}})";
+    std::ofstream(run / "steps.csv")
+        << "t_s,vx_mps,mu_belief_front,mu_belief_rear\n0,1,1,1\n0.02,1,1,1\n0.1,1,1,1\n0.2,1,1,1\n";
+    std::ofstream(run / "replay.csv") << "t_s,mu_sigma_front,mu_sigma_rear\n0," + sigmas + "\n0.1," + sigmas +
+                                             "\n0.2," + sigmas + "\n";
+    (void)write_report({folder.path() / name, {}, true, {}, {}});
+    return bytes_of(folder.path() / name / "figures" / "friction.svg");
+  };
+  const std::string axles_differ = drawn("differ", "0.125,0.375");
+  EXPECT_EQ(axles_differ, drawn("same", "0.3125,0.3125"));
+  EXPECT_NE(axles_differ, drawn("less", "0.25,0.25"));
+}
+
 TEST(ReportFigures, DrivesOfTheirOwnHavePanelsOfTheirOwn) {
   const Folder folder;
   const auto panels = [&](const std::string& name, bool own_drives) {

@@ -85,6 +85,24 @@ TEST(ReportPage, HoldsTheLogAndNothingFromOutside) {
   }
 }
 
+/// Weighted by the static loads of the sample's car, lf 0.029 m and lr 0.033 m.
+TEST(ReportPage, HoldsTheDeviationOfTheWholeCarsFriction) {
+  const Folder folder;
+  sample::SampleOptions options;
+  options.laps = 1;
+  sample::write_sample(folder.path(), options);
+  const std::string html = bytes_of(write_report({folder.path(), {}, false, {}, {}}).page);
+  const nlohmann::json held = block(html, "run-2")["replay"];
+  const Columns replay = Columns::read(folder.path() / "elm" / "1" / "replay.csv");
+  const std::vector<double> sigma = unpacked(held["mu_sigma"]);
+  ASSERT_EQ(sigma.size(), replay.rows());
+  for (std::size_t i = 0; i < sigma.size(); ++i) {
+    const double front = replay.number("mu_sigma_front", i), rear = replay.number("mu_sigma_rear", i);
+    ASSERT_NEAR(sigma[i], (0.033 * front + 0.029 * rear) / 0.062, 1e-6) << i;
+  }
+  EXPECT_FALSE(held.contains("mu_sigma_front")) << "nothing on the page reads it";
+}
+
 TEST(ReportPage, SameFolderSameBytes) {
   const Folder folder;
   sample::SampleOptions options;

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include <gripline/types.hpp>
+
 #include "report/columns.hpp"
 #include "report/inputs.hpp"
 
@@ -17,6 +19,7 @@ namespace gripline::report {
 namespace test_report_series {
 
 using testing::ElementsAre;
+using testing::IsEmpty;
 
 TEST(ReportSeries, ThinningKeepsEveryExtreme) {
   std::mt19937 random(5);
@@ -78,6 +81,19 @@ TEST(ReportSeries, DerivesAccelerationsAndFrictionOfTheWholeCar) {
   EXPECT_NEAR(channels["ax"][5], 0, 1e-12);
   EXPECT_NEAR(channels["ay"][5], 1, 1e-12);
   EXPECT_NEAR(channels["mu_belief"][0], 0.25 * 0.8 + 0.75 * 1.0, 1e-12);
+}
+
+TEST(ReportSeries, TheDeviationOfTheBeliefIsWeightedAsTheBelief) {
+  const CarShape car{0.06, 0.03, 0.03, 0.01, 0.04};
+  const Belief belief{0.8, 1.0, 0.04, 0.12, false};
+  Car geometry;
+  geometry.lf = car.lf, geometry.lr = car.lr;
+  const report::Run run{{}, Columns::parse("t_s,mu_sigma_front,mu_sigma_rear\n0,0.04,0.12\n0.1,0.2,0.2\n"), {}, {}};
+  const std::vector<double> sigma = mu_sigma(run, car);
+  ASSERT_EQ(sigma.size(), 2u);
+  EXPECT_NEAR(sigma[0], total_sigma(belief, geometry), 1e-15);
+  EXPECT_NEAR(sigma[1], 0.2, 1e-15);
+  EXPECT_THAT(mu_sigma({{}, Columns::parse("t_s,mu_sigma_front\n0,0.04\n"), {}, {}}, car), IsEmpty());
 }
 
 }  // namespace test_report_series

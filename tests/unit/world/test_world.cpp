@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <thread>
 
 #include "support/allocation_counter.hpp"
@@ -19,7 +21,7 @@ using namespace testing_support;
 Input follow(const World& world, double speed) {
   const State& x = world.state();
   const Place& at = world.place();
-  const double heading = std::remainder(x.yaw - at.yaw_line, 2 * M_PI);
+  const double heading = std::remainder(x.yaw - at.yaw_line, 2 * std::numbers::pi);
   const double wanted = std::atan(0.062 * (at.kappa - 10 * at.n - 6 * heading));
   return {0.25 + 2 * (speed - x.vx), (wanted - x.delta) / world.spec().dt};
 }
@@ -88,8 +90,8 @@ TEST(World, MovesAsItsPlantUnderTheFrictionOfEachStep) {
   for (int k = 0; k < 20; ++k) {
     if (k >= 5) factor -= factor / 10;
     EXPECT_NEAR(world.truth().factor(), factor, 1e-14) << "told before step " << k;
-    model.car().params()[front] = 0.192 * factor;
-    model.car().params()[rear] = 0.1737 * factor;
+    model.set_parameter(front, 0.192 * factor);
+    model.set_parameter(rear, 0.1737 * factor);
     const Input u = world.advance({0.4, k < 3 ? 3.0 : 0.0});
     x = model.advance(x, u, {});
     EXPECT_NEAR(world.state().x, x.x, 1e-13);
@@ -207,6 +209,25 @@ TEST(World, FrictionThatThePlantChangesWithTimeIsTrueToo) {
   EXPECT_NEAR(total_truth(world), 0.909227, 1e-6);
   for (int k = 0; k < 50; ++k) world.advance({0.2, 0});
   EXPECT_NEAR(total_truth(world), (1 - 0.6 / 60) * 0.909227, 1e-6);
+}
+
+/// Peaks are searched anew only where the curves changed: into a patch, within it and out of it.
+TEST(World, TrueFrictionIsThePeakOfTheCurveOfThisPlace) {
+  const WorldSpec spec = world_of(R"({"start": {"speed": 2}, "duration": "3 s", "plant": {"effects": [
+    {"plugin": "friction_patch", "params": {"k": -0.4, "s0": 0.06, "w": 0.08}},
+    {"plugin": "rear_stiff", "params": {"k": 0.2}}]}})");
+  World world(spec, 1);
+  double lowest = 1, last = 0;
+  for (int k = 0; k < 100; ++k) {
+    double top = 0;
+    for (int i = 0; i <= 150; ++i) top = std::max(top, world.truth().tyre_force(Axle::rear, 0.01 * i));
+    last = world.truth().mu(Axle::rear);
+    ASSERT_NEAR(last, top / (0.041 * 9.81 * 0.029 / 0.062), 1e-4) << "step " << k;
+    lowest = std::min(lowest, last);
+    world.advance(follow(world, 2.0));
+  }
+  EXPECT_NEAR(lowest, 0.6 * 0.1737 / (0.041 * 9.81 * 0.029 / 0.062), 0.02);
+  EXPECT_NEAR(last, 0.1737 / (0.041 * 9.81 * 0.029 / 0.062), 1e-9) << "behind the patch";
 }
 
 /// comb_slip takes from the peak that is there: Dr sqrt(1 - k (Fd / Dr)^2) with Dr after the schedule's factor.

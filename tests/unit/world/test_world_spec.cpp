@@ -25,7 +25,12 @@ TEST(WorldSpec, IsReadWithDefaults) {
   EXPECT_EQ(world.vehicle.model.id(), "dynamic");
   EXPECT_EQ(world.vehicle.integration.tableau->name, "rk6");
   EXPECT_TRUE(world.plant.empty());
-  EXPECT_TRUE(world.sensors.perfect());
+  for (const SensorSpec::Channel& channel : world.sensors.channels) {
+    EXPECT_EQ(channel.sigma, 0.0);
+    EXPECT_EQ(channel.bias, 0.0);
+    EXPECT_EQ(channel.every, 1);
+    EXPECT_EQ(channel.delay, 0);
+  }
   EXPECT_TRUE(world.friction.points.empty());
   EXPECT_EQ(world.laps, 0);
   EXPECT_EQ(world.duration, 1.0);

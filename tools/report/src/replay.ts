@@ -340,7 +340,6 @@ export class Replay {
     }
     const looked = state.data(state.focus);
     if (!looked) return;
-    const sigma = (looked.replayValue("mu_sigma_front", t) + looked.replayValue("mu_sigma_rear", t)) / 2;
-    this.dial.show(looked.value("mu_belief", t), sigma, looked.value("mu_true", t), stackColour(state.focus));
+    this.dial.show(looked.value("mu_belief", t), looked.replayValue("mu_sigma", t), looked.value("mu_true", t), stackColour(state.focus));
   }
 }

@@ -66,10 +66,8 @@ function truthMark(state: State): Mark[] {
 /** mu of the whole car with one standard deviation to both sides, where the run states one. */
 function beliefBand(state: State, run: RunData): Mark[] {
   const t = run.replay.get("t_s");
-  const front = run.replay.get("mu_sigma_front");
-  const rear = run.replay.get("mu_sigma_rear");
-  if (!t || !front || !rear || !run.channel("mu_belief")) return [];
-  const sigma = front.map((v, i) => (v + rear[i]) / 2);
+  const sigma = run.replay.get("mu_sigma");
+  if (!t || !sigma || !run.channel("mu_belief")) return [];
   const mu = t.map((time) => run.value("mu_belief", time));
   return [
     { kind: "band", x: t, low: mu.map((v, i) => v - sigma[i]), high: mu.map((v, i) => v + sigma[i]), color: stackColour(run.stack), alpha: 0.24, stack: run.stack, until: state.until(run) },

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "geometry/plane.hpp"
 #include "measured/readings/directions.hpp"
 #include "measured/readings/unit_checks.hpp"
 #include "measured/session/session_windows.hpp"
@@ -118,7 +119,7 @@ void check_yaw_is_radians(const CsvTable& table, const RawLog& raw) {
     const double jump = raw.at(i, Channel::yaw) - raw.at(i - 1, Channel::yaw);
     const double turn = raw.at(i, Channel::yaw_rate) * (raw.t[i] - raw.t[i - 1]);
     // A car that circles wraps often, by a whole turn less what it turned; a rate in degrees tells nothing of that.
-    const double off = std::remainder(jump - (std::abs(turn) < half_turn ? turn : 0.0), 2.0 * half_turn);
+    const double off = wrap_angle(jump - (std::abs(turn) < half_turn ? turn : 0.0));
     if (std::abs(jump) > half_turn && std::abs(off) > close) ++jumps;
   }
   if (20 * jumps > raw.size())

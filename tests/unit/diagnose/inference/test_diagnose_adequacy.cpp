@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "diagnose/inference/adequacy.hpp"
 #include "diagnose/inference/noise_estimate.hpp"
 #include "diagnose/inference/reference.hpp"
@@ -17,7 +19,7 @@ TEST(ResidualTests, TellsASpectralLineFromNoise) {
   DiagnoseRig rig;
   Log log = rig.simulate(rig.catalogue().null_model(), {40, 45, 1});
   // What a yaw acceleration of 6 rad/s2 at 0.7 Hz adds to the readings of yaw and yaw rate.
-  const double rate = 2.0 * M_PI * 0.7;
+  const double rate = 2.0 * std::numbers::pi * 0.7;
   for (std::size_t k = 0; k < log.size(); ++k) {
     const double t = static_cast<double>(k) * log.dt;
     log.reading[k * channels + 2] -= 6.0 / (rate * rate) * std::sin(rate * t);

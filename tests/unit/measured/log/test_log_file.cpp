@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <numbers>
 
 #include "config/errors.hpp"
 #include "measured/log/log_file.hpp"
@@ -106,7 +107,8 @@ TEST_F(LogFiles, TimeBackwardIsRefusedWithItsLine) {
 
 TEST_F(LogFiles, WrappedYawIsMadeContinuous) {
   const LogFile straight = read(rows_);
-  const LogFile wrapped = read(changed([](std::size_t, Row& r) { r[3] = std::remainder(r[3], 2.0 * M_PI); }));
+  const LogFile wrapped =
+      read(changed([](std::size_t, Row& r) { r[3] = std::remainder(r[3], 2.0 * std::numbers::pi); }));
   const auto& a = straight.stretches[0].reading;
   const auto& b = wrapped.stretches[0].reading;
   for (std::size_t k = 1; k < rows_.size(); ++k) EXPECT_NEAR(b[k * 6 + 2] - b[2], a[k * 6 + 2] - a[2], 1e-6);
@@ -117,23 +119,26 @@ TEST_F(LogFiles, ACarThatCirclesWrapsOftenInRadians) {
   std::vector<Row> circles;
   for (std::size_t k = 0; k < 300; ++k) {
     const double t = 0.1 * static_cast<double>(k), yaw = 4.0 * t;
-    circles.push_back(
-        {t, 0.5 * std::sin(yaw), -0.5 * std::cos(yaw), std::remainder(yaw, 2.0 * M_PI), 2.0, 0.0, 4.0, 0.3, 0.12});
+    circles.push_back({t, 0.5 * std::sin(yaw), -0.5 * std::cos(yaw), std::remainder(yaw, 2.0 * std::numbers::pi), 2.0,
+                       0.0, 4.0, 0.3, 0.12});
   }
   const LogFile log = read(circles);
   ASSERT_EQ(log.stretches.size(), 1U);
   EXPECT_NEAR(log.stretches[0].reading[299 * 6 + 2] - log.stretches[0].reading[2], 4.0 * 29.9, 1e-6);
-  for (Row& r : circles) r[3] *= 180.0 / M_PI;
+  for (Row& r : circles) r[3] *= 180.0 / std::numbers::pi;
   EXPECT_NE(refusal(circles).find("degrees"), std::string::npos);
-  for (Row& r : circles) r[6] *= 180.0 / M_PI;
+  for (Row& r : circles) r[6] *= 180.0 / std::numbers::pi;
   EXPECT_NE(refusal(circles).find("degrees"), std::string::npos) << "with the yaw rate in degrees too";
 }
 
 TEST_F(LogFiles, WrongUnitsAreToldByWhatTheyLookLike) {
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[4] *= 3.6; })).find("km/h"), std::string::npos);
-  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[3] *= 180 / M_PI; })).find("degrees"), std::string::npos);
-  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[6] *= 180 / M_PI; })).find("deg/s"), std::string::npos);
-  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[8] *= 180 / M_PI; })).find("degrees"), std::string::npos);
+  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[3] *= 180 / std::numbers::pi; })).find("degrees"),
+            std::string::npos);
+  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[6] *= 180 / std::numbers::pi; })).find("deg/s"),
+            std::string::npos);
+  EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[8] *= 180 / std::numbers::pi; })).find("degrees"),
+            std::string::npos);
   EXPECT_NE(refusal(changed([](std::size_t, Row& r) { r[7] *= 100; })).find("per cent"), std::string::npos);
 }
 
@@ -387,7 +392,7 @@ TEST_F(LogFiles, OutliersOfAnySizeAreLeftOutBeforeAnythingIsJudged) {
         const double y = log.stretches[0].reading[k * 6 + c];
         lost += std::isnan(y);
         // Whole turns of the heading may be added to all that follows; what counts is that nothing stands out.
-        const double off = c == 2 ? std::remainder(y - rows_[k][1 + c], 2.0 * M_PI) : y - rows_[k][1 + c];
+        const double off = c == 2 ? std::remainder(y - rows_[k][1 + c], 2.0 * std::numbers::pi) : y - rows_[k][1 + c];
         if (!std::isnan(y)) {
           EXPECT_LT(std::abs(off), 8.0 * rig_.world().sensors.channels[c].sigma) << size << " " << k << " " << c;
         }

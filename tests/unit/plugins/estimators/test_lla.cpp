@@ -112,6 +112,13 @@ TEST(Lla, OnlyThePrivilegedBankIsCentredOnTheTruth) {
   }
 }
 
+TEST(Lla, ThePrivilegedRowRefusesToDoWithoutTheTruth) {
+  EXPECT_TRUE(registry().find(abi::Kind::estimator, "lla_privileged").needs_truth());
+  EXPECT_FALSE(registry().find(abi::Kind::estimator, "lla").needs_truth());
+  Nominal nominal("ekinematic");
+  EXPECT_THROW(make_estimator("lla_privileged", nominal, bank), PluginError);
+}
+
 /// It learns the true resistance less what its nominal model has of it already.
 TEST(Lla, ThePrivilegedRowCountsResistanceOnce) {
   const TrueTyres truth;

@@ -1,3 +1,5 @@
+#include <numbers>
+
 #include "support/vehicle_checks.hpp"
 
 namespace gripline {
@@ -5,7 +7,7 @@ namespace test_dynamic {
 
 using namespace rig;
 
-double turned(double angle) { return std::remainder(angle, 2 * M_PI); }
+double turned(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
 /// `dynamic` with friction set row by row.
 class LogModel {
@@ -19,9 +21,8 @@ class LogModel {
     }
   }
   State step(const State& x, const Input& u, double factor) {
-    model_.car().params()[front_] = 0.192 * factor;
-    model_.car().params()[rear_] = 0.1737 * factor;
-    model_.refresh();
+    model_.set_parameter(front_, 0.192 * factor);
+    model_.set_parameter(rear_, 0.1737 * factor);
     return model_.advance(x, u, {});
   }
 

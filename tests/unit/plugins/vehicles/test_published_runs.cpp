@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "support/host_support.hpp"
@@ -65,8 +66,8 @@ class PublishedRuns : public WithReference {
     }
     State from(const Log& log, std::size_t row) {
       const double factor = friction_.base(static_cast<std::int64_t>(row), 0.02 * static_cast<double>(row));
-      model_.car().params()[front_] = world_.vehicle.model.values[front_].number * factor;
-      model_.car().params()[rear_] = world_.vehicle.model.values[rear_].number * factor;
+      model_.set_parameter(front_, world_.vehicle.model.values[front_].number * factor);
+      model_.set_parameter(rear_, world_.vehicle.model.values[rear_].number * factor);
       State x = log.x[row];
       x.delta = log.steer[row];
       return model_.advance(x, {log.d[row], 0}, {});
@@ -88,7 +89,7 @@ class PublishedRuns : public WithReference {
 
   /// Largest difference in the six states, yaw modulo a turn.
   static double distance(const State& a, const State& b) {
-    double worst = std::abs(std::remainder(a.yaw - b.yaw, 2 * M_PI));
+    double worst = std::abs(std::remainder(a.yaw - b.yaw, 2 * std::numbers::pi));
     for (const double gap : {a.x - b.x, a.y - b.y, a.vx - b.vx, a.vy - b.vy, a.omega - b.omega})
       worst = std::max(worst, std::abs(gap));
     return worst;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace gripline::vehicle {
@@ -90,7 +91,7 @@ TEST(Standstill, SlipIsAgainstTheVelocityAcrossTheWheels) {
           const double across = (vy + q.lf * omega) * std::cos(delta) - vx * std::sin(delta);
           EXPECT_LE(q.slip_front * across, 1e-16);
           EXPECT_LE(q.slip_rear * (vy - q.lr * omega), 1e-16);
-          EXPECT_LT(std::abs(q.slip_front), M_PI);
+          EXPECT_LT(std::abs(q.slip_front), std::numbers::pi);
         }
 }
 
