@@ -81,9 +81,7 @@ TEST(FullSizeLimit, MeasuredEnvelopeIsThePlants) {
 TEST(FullSizeLimit, TimeOptimalLapOfTheEnvelopeIsTheQuasiSteadyOneOfItsLine) {
   const WorldSpec world = hill();
   const Track& track = *world.track;
-  Lap lap;
-  LapMesh mesh;
-  const LapLimit limit = find_lap_limit(world, {1.0, false, false}, &lap, &mesh);
+  const auto [limit, lap, mesh] = find_fastest_lap(world, {1.0, false, false});
   // Curvature half-way through an interval: at nodes it alternates about that, which costs the program nothing.
   const auto bend = [&](std::size_t k) {
     const auto &a = lap.z[k % mesh.size()], &b = lap.z[(k + 1) % mesh.size()];

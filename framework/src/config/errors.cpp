@@ -48,7 +48,7 @@ std::size_t distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-std::string harmless(std::string_view text) {
+std::string escape_control(std::string_view text) {
   constexpr std::string_view hex = "0123456789abcdef";
   constexpr std::size_t longest = 4000;
   std::string result;
@@ -78,7 +78,7 @@ std::string Diagnostic::text() const {
   std::string result = where.empty() ? message : where + ": " + message;
   for (std::size_t i = 0; i < contexts.size(); ++i) result += (i == 0 ? " [" : ", ") + contexts[i];
   if (!contexts.empty()) result += ']';
-  return harmless(result);
+  return escape_control(result);
 }
 
 InputError::InputError(std::vector<Diagnostic> diagnostics)

@@ -94,8 +94,10 @@ void RunProcesses::start(const RunId& id, const std::string& key, std::size_t sl
   std::cerr.flush();
   const pid_t parent = getpid(), pid = fork();
   if (pid < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
-  if (pid == 0)
-    run_as_process(race_, id, key, out_, {limits_.memory_mb, limits_.one_at_a_time, parent}, &progress_[slot]);
+  if (pid == 0) {
+    const MachineUse use = limits_.one_at_a_time ? MachineUse::exclusive : MachineUse::shared;
+    run_as_process(race_, id, key, out_, {limits_.memory_mb, use, parent}, &progress_[slot]);
+  }
   setpgid(pid, pid);
   children_[pid] = {id, key, slot, Clock::now(), {}, {}};
 }

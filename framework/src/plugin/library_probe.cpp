@@ -46,7 +46,7 @@ std::string file_problem(const fs::path& library) {
   }
   // A stripped library (packages strip theirs) lists no symbols here, but the loader finds them.
   if (symbol.empty() || symbol == manifest_symbol_name()) return {};
-  return "built for plugin ABI " + harmless(symbol.substr(symbol_stem.size())) + ", this gripline has ABI " +
+  return "built for plugin ABI " + escape_control(symbol.substr(symbol_stem.size())) + ", this gripline has ABI " +
          std::to_string(abi::number) + "; rebuild the plugin against the installed headers";
 }
 
@@ -55,7 +55,7 @@ std::string opened_problem(const fs::path& library) {
   void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
     const char* const text = dlerror();
-    return text != nullptr ? harmless(text) : "unknown reason";
+    return text != nullptr ? escape_control(text) : "unknown reason";
   }
   const auto* const manifest = static_cast<const abi::Manifest*>(dlsym(handle, manifest_symbol_name().c_str()));
   return manifest == nullptr ? "is not a gripline plugin: it has no symbol " + manifest_symbol_name()
@@ -75,7 +75,7 @@ bool same_slots(const abi::detail::Chain<T, Rest...>& a, const abi::detail::Chai
   return same_slots(a.rest, b.rest);
 }
 
-bool is_plain(const char* text) { return text != nullptr && *text != '\0' && harmless(text) == text; }
+bool is_plain(const char* text) { return text != nullptr && *text != '\0' && escape_control(text) == text; }
 
 /// What is wrong with one declared parameter.
 std::string param_problem(const abi::ParamDecl& p) {
@@ -104,7 +104,7 @@ std::string decl_problem(const abi::PluginDecl& decl) {
   if (decl.kind > abi::Kind::plant) return "declares a plugin of no known kind";
   if (!is_plain(decl.id))
     return "declares a plugin whose id is " +
-           (decl.id == nullptr || *decl.id == '\0' ? "empty" : "no plain text: \"" + harmless(decl.id) + "\"");
+           (decl.id == nullptr || *decl.id == '\0' ? "empty" : "no plain text: \"" + escape_control(decl.id) + "\"");
   const std::string who = std::string(kind_name(decl.kind)) + " \"" + decl.id + "\" is declared with ";
   if (decl.version == nullptr || decl.summary == nullptr || decl.advice == nullptr)
     return who + "no version, no summary or no advice";
@@ -124,7 +124,7 @@ std::string manifest_problem(const abi::Manifest& manifest) {
   if (manifest.abi != abi::number)
     return "states plugin ABI " + std::to_string(manifest.abi) + ", this gripline has ABI " +
            std::to_string(abi::number) + rebuild;
-  const std::string builder = harmless(manifest.compiler != nullptr ? manifest.compiler : "an unknown compiler");
+  const std::string builder = escape_control(manifest.compiler != nullptr ? manifest.compiler : "an unknown compiler");
   if (manifest.size != sizeof(abi::Manifest) || manifest.layout_hash != abi::layout_hash())
     return "its types (built by " + builder + ") differ from this gripline's" + rebuild;
   if (manifest.virtual_slots == nullptr ||
