@@ -52,7 +52,7 @@ def load_run(folder):
     """The run in OUT/<stack>/<seed>."""
     folder = Path(folder)
     if not (folder / "summary.json").is_file():
-        raise FileNotFoundError(f"{folder}: is no run; expected OUT/<stack>/<seed> with a summary.json")
+        raise FileNotFoundError(f"{folder}: is not a run; expected OUT/<stack>/<seed> with a summary.json")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     driven = folder.parent / str(summary["driven_as"]) if "driven_as" in summary else folder  # the same to the last bit
     tables = {}

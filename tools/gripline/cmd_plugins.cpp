@@ -75,7 +75,7 @@ void describe(const PluginEntry& entry) {
   for (const abi::ParamDecl& p : entry.params()) {
     std::cout << "  " << p.name << " [" << escape_control(p.unit) << "]" << default_text(p) << "  " << range_text(p)
               << "  " << escape_control(p.doc) << (p.periodic ? "; a whole number apart is the same place" : "");
-    if (p.fit) std::cout << "; diagnose may fit it, " << number_text(p.neutral) << " is none of it";
+    if (p.fit) std::cout << "; diagnose may fit it, " << number_text(p.neutral) << " is no effect";
     std::cout << '\n';
   }
 }

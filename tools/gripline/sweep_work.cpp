@@ -384,7 +384,7 @@ int sweep_cancel(const fs::path& given) {
     return good;
   }
   throw InputError(out.string() + ": another gripline is writing there and does not end" +
-                   (told ? "" : "; this machine knows no process of it"));
+                   (told ? "" : "; its process is not on this machine"));
 }
 
 int sweep_task(const fs::path& given, const std::string& number, const std::string& task_text) {

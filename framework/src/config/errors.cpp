@@ -98,7 +98,7 @@ void Errors::add(Diagnostic diagnostic) {
                             std::to_string(diagnostic.column) + '\n' + diagnostic.pointer + '\n' + diagnostic.message;
   const auto known = known_.find(place);
   if (known == known_.end() && diagnostics_.size() >= most) {
-    ++untold_;
+    ++unlisted_;
     return;
   }
   const std::size_t index = known != known_.end() ? known->second : diagnostics_.size();
@@ -126,8 +126,8 @@ std::vector<Diagnostic> Errors::sorted() const {
   std::ranges::stable_sort(result, [](const Diagnostic& a, const Diagnostic& b) {
     return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
   });
-  if (untold_ > 0) {
-    Diagnostic rest{.file = result.back().file, .message = "and " + std::to_string(untold_) + " more errors"};
+  if (unlisted_ > 0) {
+    Diagnostic rest{.file = result.back().file, .message = "and " + std::to_string(unlisted_) + " more errors"};
     result.push_back(std::move(rest));
   }
   return result;

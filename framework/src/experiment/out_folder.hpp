@@ -68,7 +68,7 @@ OutLock open_out_folder(const std::filesystem::path& out, const std::string& ide
 
 /// What the report needs to know once per experiment: scene.json, track.csv, provenance.json.
 void write_scene(const std::filesystem::path& out, const RaceSpec& race, const Registry& registry);
-/// write_scene() for experiments that are no race: only scene.json, with the name, the kind and the note of `tree`.
+/// write_scene() for experiments that are not a race: only scene.json, with the name, the kind and the note of `tree`.
 void write_scene(const std::filesystem::path& out, const std::string& name, const std::string& kind, const Node& tree);
 
 }  // namespace gripline

@@ -85,10 +85,10 @@ class GpxReader {
     try {
       boost::property_tree::read_xml(text, tree);
     } catch (const boost::property_tree::xml_parser_error& error) {
-      refuse(file_, static_cast<int>(error.line()), "is no XML: " + error.message());
+      refuse(file_, static_cast<int>(error.line()), "is not XML: " + error.message());
     }
     const auto root = tree.get_child_optional("gpx");
-    if (!root) refuse(file_, 0, "is no GPX file: its first element is not <gpx>");
+    if (!root) refuse(file_, 0, "is not a GPX file: its first element is not <gpx>");
     trace_.on_earth = true;
     for (const auto& [outer, inner, point] : {std::array{"trk", "trkseg", "trkpt"}, std::array{"", "rte", "rtept"}}) {
       if (!trace_.points.empty()) break;
