@@ -9,7 +9,7 @@ import numpy as np
 
 
 def _column(texts):
-    """Numbers where all are numbers or nothing (NaN), else the texts."""
+    """Numbers where all cells are numbers or empty (NaN), else the texts."""
     try:
         return np.array([float(text) if text else np.nan for text in texts])
     except ValueError:
