@@ -9,7 +9,7 @@ import numpy as np
 
 
 def _column(texts):
-    """Numbers where all are numbers or nothing (NaN), else the texts."""
+    """Numbers where all cells are numbers or empty (NaN), else the texts."""
     try:
         return np.array([float(text) if text else np.nan for text in texts])
     except ValueError:
@@ -52,7 +52,7 @@ def load_run(folder):
     """The run in OUT/<stack>/<seed>."""
     folder = Path(folder)
     if not (folder / "summary.json").is_file():
-        raise FileNotFoundError(f"{folder}: is no run; expected OUT/<stack>/<seed> with a summary.json")
+        raise FileNotFoundError(f"{folder}: is not a run; expected OUT/<stack>/<seed> with a summary.json")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     driven = folder.parent / str(summary["driven_as"]) if "driven_as" in summary else folder  # the same to the last bit
     tables = {}

@@ -316,7 +316,7 @@ void manifest(std::string_view bytes) {
   if (stranger == 0) whole.size += 8;
   if (stranger == 1) whole.virtual_slots = nullptr;
   const std::string problem = manifest_problem(whole);
-  require(harmless(problem) == problem, "words of a library that do harm: " + harmless(problem));
+  require(escape_control(problem) == problem, "words of a library that do harm: " + escape_control(problem));
   if (!problem.empty()) return;
   for (const abi::PluginDecl& d : decls) require(d.id != nullptr && *d.id != '\0', "a plugin without an id");
 }

@@ -141,7 +141,7 @@ class Tree {
       const std::string place = file + ":" + std::to_string(include.line) + ": ";
       const bool ours = files_.contains(include.target);
       if (include.quoted && !ours)
-        faults_.push_back(place + "\"" + include.target + "\" is no file from the root of the tree" +
+        faults_.push_back(place + "\"" + include.target + "\" is not a file from the root of the tree" +
                           beside(file, include.target));
       else if (!include.quoted && ours)
         faults_.push_back(place + "<" + include.target + "> is a file of this tree; write it in quotes");

@@ -75,11 +75,12 @@ TEST(Layers, IncludeThatIsNotWrittenFromTheRoot) {
       faults_with({{"race/stack.cpp",
                     "#include \"stack.hpp\"\n#include \"../util/csv.hpp\"\n#include <util/csv.hpp>\n"
                     "#include \"gripline/abi.h\"\n#include \"util/absent.hpp\"\n"}}),
-      ElementsAre("race/stack.cpp:1: \"stack.hpp\" is no file from the root of the tree; write \"race/stack.hpp\"",
-                  "race/stack.cpp:2: \"../util/csv.hpp\" is no file from the root of the tree; write \"util/csv.hpp\"",
-                  "race/stack.cpp:3: <util/csv.hpp> is a file of this tree; write it in quotes",
-                  "race/stack.cpp:4: \"gripline/abi.h\" is no file from the root of the tree; write <gripline/abi.h>",
-                  "race/stack.cpp:5: \"util/absent.hpp\" is no file from the root of the tree"));
+      ElementsAre(
+          "race/stack.cpp:1: \"stack.hpp\" is not a file from the root of the tree; write \"race/stack.hpp\"",
+          "race/stack.cpp:2: \"../util/csv.hpp\" is not a file from the root of the tree; write \"util/csv.hpp\"",
+          "race/stack.cpp:3: <util/csv.hpp> is a file of this tree; write it in quotes",
+          "race/stack.cpp:4: \"gripline/abi.h\" is not a file from the root of the tree; write <gripline/abi.h>",
+          "race/stack.cpp:5: \"util/absent.hpp\" is not a file from the root of the tree"));
 }
 
 TEST(Layers, ReadmeMissingOrWithoutItsSentence) {

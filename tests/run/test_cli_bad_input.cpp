@@ -83,9 +83,10 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
   EXPECT_EQ(refused({"compare", good, "-j", "-3"}), "-j -3: at least one run at a time\n");
   EXPECT_EQ(refused({"compare", good, "-j", "two"}), "-j two: expected a whole number\n");
   for (const auto& [option, value] : {std::pair("-j", "2"), {"--timeout", "9 s"}, {"--memory", "500"}})
-    EXPECT_EQ(refused({"compare", good, "--set", "/kind=force_validation", "--set", "/claims=null", "--set",
-                       "/seeds/count=1", option, value}),
-              option + std::string(" is of the runs of a race, each a process of its own; this experiment is none\n"));
+    EXPECT_EQ(
+        refused({"compare", good, "--set", "/kind=force_validation", "--set", "/claims=null", "--set", "/seeds/count=1",
+                 option, value}),
+        option + std::string(" is for the runs of a race, each a process of its own; this experiment is not a race\n"));
   EXPECT_THAT(refused({"compare", good, "--jbos", "2"}),
               AllOf(HasSubstr("--jbos"), HasSubstr("see gripline compare --help")));
   EXPECT_THAT(refused({"compare", good, "--onyl", "told"}),
@@ -176,7 +177,7 @@ TEST(Validate, ReadsWorldsTracksAndCars) {
   EXPECT_EQ(std::count(good.out.begin(), good.out.end(), '\n'), 8);
   const Outcome bad = gripline_with({"validate", "tracks/open.csv", "bad_json/number_is_text.json"});
   EXPECT_EQ(bad.code, 2);
-  EXPECT_THAT(bad.err, AllOf(HasSubstr("open.csv"), HasSubstr("is no experiment (\"stacks\"), world (\"plant\")")));
+  EXPECT_THAT(bad.err, AllOf(HasSubstr("open.csv"), HasSubstr("is not an experiment (\"stacks\"), world (\"plant\")")));
 }
 
 }  // namespace test_cli_bad_input

@@ -142,7 +142,7 @@ TEST_F(Failures, ValidateTellsWhatElseIsWrongBesideAMissingPlugin) {
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("/base/planner/plugin: no planner plugin \"fixd_speed\""),
                                  HasSubstr("/base/controller/plugin: no controller plugin \"mpc_ipotp\""),
                                  HasSubstr("/base/mu_init: -1 is out of range"),
-                                 HasSubstr("nothing stands after \"<=\""), HasSubstr("4 errors.\n")));
+                                 HasSubstr("a value is missing after \"<=\""), HasSubstr("4 errors.\n")));
 }
 
 TEST_F(Failures, APluginThatCrashesItsProcessIsOneLostRun) {

@@ -112,7 +112,7 @@ TEST_F(CliRaces, AnotherProgramRacesAgain) {
 }
 
 TEST_F(CliRaces, RunsCanBeContinuedOnlyByOneAtATime) {
-  const OutLock lock = open_out_folder(out(), "somebody else's", false);
+  const OutLock lock = open_out_folder(out(), "somebody else's");
   const Outcome outcome = compare({"--out", out()});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_EQ(outcome.err, out() + ": another gripline is writing there now; wait for its end or choose another --out\n");

@@ -106,7 +106,7 @@ TEST(Conformance, FindsEveryPlantedFault) {
 TEST(Conformance, AUnitThatIsNoneIsFound) {
   const Verdicts verdicts = check(fixture_plugins("odd_unit") / "odd_unit.so");
   EXPECT_EQ(verdicts.code, 3) << verdicts.text;
-  EXPECT_THAT(verdicts.text, HasSubstr("with a unit that is none"));
+  EXPECT_THAT(verdicts.text, HasSubstr("with an invalid unit"));
 }
 
 TEST(Conformance, SlowOpeningIsFound) {

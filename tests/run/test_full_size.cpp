@@ -284,7 +284,7 @@ TEST(FullSizeBadInput, RoadCarAndSensors) {
               HasSubstr("the car is 1.84 m wide, the track only 1.6 m"));
   EXPECT_THAT(
       refusal("{" + car + R"(, "sensors": {"rate": {"x": "30 Hz"}}, "track": {"half_width": 4, )" + road + "}}"),
-      HasSubstr("no whole number of control steps"));
+      HasSubstr("is not a multiple of the control step"));
 }
 
 TEST(FullSizeBadInput, TablesOfThePlant) {

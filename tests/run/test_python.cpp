@@ -68,7 +68,7 @@ TEST_F(Python, WrongInputIsAValueErrorWithTheProgramsWords) {
   const std::string good = fixture_dir() / "experiments/good.json";
   EXPECT_THAT(script("gripline.compare('" + good + "', only='slw')").err, HasSubstr("did you mean \"slow\"?"));
   EXPECT_THAT(script("gripline.Race('" + good + "', 'slw')").err, HasSubstr("no stack \"slw\""));
-  EXPECT_THAT(script("gripline.load_run('.')").err, HasSubstr("is no run"));
+  EXPECT_THAT(script("gripline.load_run('.')").err, HasSubstr("is not a run"));
   EXPECT_THAT(script("gripline.compare('" + good + "', plugins=[int])").err, HasSubstr("derives neither from"));
 }
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "config/json_file.hpp"
 #include "race/assembly.hpp"
 #include "util/clock.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline {
@@ -16,7 +16,6 @@ namespace {
 
 constexpr int longest_horizon = 50;
 constexpr int replays = 3;
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 double thread_cpu_us() { return 1e6 * thread_cpu_s(); }
 
@@ -152,7 +151,7 @@ BenchRow summarize(const std::string& name, const Replay& best, const std::vecto
   row.allocations_per_step = best.allocations;
   row.iterations_median = nearest_rank_quantile(best.iterations, 0.5);
   row.failures = best.failures;
-  row.ratio_to_mpc_ipopt = row.first_input_error_p95 = row.first_input_error_max = nan;
+  row.ratio_to_mpc_ipopt = row.first_input_error_p95 = row.first_input_error_max = not_a_number;
   if (reference == nullptr) return row;
   std::vector<double> errors;
   for (std::size_t i = 0; i < best.inputs.size(); ++i)
@@ -203,7 +202,7 @@ void bench_horizon(int horizon, std::span<const std::string> controllers, Record
         keep_least_times(best[c], one);
     }
   }
-  double ipopt_median = nan;
+  double ipopt_median = not_a_number;
   for (std::size_t c = 0; c < controllers.size(); ++c)
     if (controllers[c] == "mpc_ipopt") ipopt_median = nearest_rank_quantile(best[c].times, 0.5);
   for (std::size_t c = 0; c < controllers.size(); ++c) {

@@ -94,7 +94,7 @@ Words plugin_dirs_of(const po::variables_map& given) {
 
 Registry open_registry(const Words& plugin_dirs) {
   Registry registry(Registry::search_path(plugin_dirs));
-  for (const std::string& warning : registry.warnings()) std::cerr << "warning: " << harmless(warning) << '\n';
+  for (const std::string& warning : registry.warnings()) std::cerr << "warning: " << escape_control(warning) << '\n';
   return registry;
 }
 

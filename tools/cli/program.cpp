@@ -27,7 +27,7 @@ int run_guarded(Arguments args, int (*body)(Arguments), const std::string& comma
     std::cerr << e.what() << '\n';
     return bad_input;
   } catch (const PluginError& e) {
-    std::cerr << harmless(e.what()) << '\n';
+    std::cerr << escape_control(e.what()) << '\n';
     return plugin_unusable;
   } catch (const boost::program_options::error& e) {
     std::cerr << e.what() << "; see " << command << (command.ends_with(' ') ? args[0] : "") << " --help\n";
@@ -36,7 +36,7 @@ int run_guarded(Arguments args, int (*body)(Arguments), const std::string& comma
     std::cerr << "gripline: out of memory\n";
     return run_broke;
   } catch (const std::exception& e) {
-    std::cerr << "gripline: " << harmless(e.what()) << '\n';
+    std::cerr << "gripline: " << escape_control(e.what()) << '\n';
     return run_broke;
   }
 }

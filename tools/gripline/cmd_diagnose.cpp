@@ -168,7 +168,7 @@ int diagnose_logs(DiagnoseOptions options, const Registry& registry) {
     return logs;
   };
   const std::vector<measured::LogFile> logs = read(options.logs), held_out = read(options.held_out);
-  const OutLock lock = open_out_folder(options.out, "diagnosis", options.force);
+  const OutLock lock = open_out_folder(options.out, "diagnosis", {.force = options.force});
   const diagnose::Diagnosis d = [&] {
     const StopSignal stop(StopSignal::Reaction::end, run_broke);
     CallbackProgress progress(std::cerr, "diagnose");

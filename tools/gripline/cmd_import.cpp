@@ -45,7 +45,7 @@ void print(const std::vector<measured::Finding>& findings) {
     std::cout << pad(f.check, width) << pad(f.found, middle) << f.done << (is_bad(f) ? "  (!)" : "") << '\n';
   if (std::ranges::any_of(findings, is_bad))
     std::cout << "(!): look at this before the log is used: the log or its map may be wrong there, or the log cannot "
-                 "tell what is named\n";
+                 "show what is named\n";
 }
 
 /// A recording of ROS, by its first bytes or, of what cannot be read, by its name.

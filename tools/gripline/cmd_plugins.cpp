@@ -26,12 +26,12 @@ void list(const Registry& registry) {
       const std::string id = std::string(entry.decl->id) + (entry.needs_truth() ? " *" : "");
       const std::string name(kind_name(entry.decl->kind));
       std::cout << name << std::string(11 - name.size(), ' ') << id
-                << std::string(id.size() < 18 ? 18 - id.size() : 1, ' ') << harmless(entry.decl->summary) << '\n';
+                << std::string(id.size() < 18 ? 18 - id.size() : 1, ' ') << escape_control(entry.decl->summary) << '\n';
     }
   }
   std::cout << "* is given the ground truth of the world\n";
   for (const Registry::Unusable& one : registry.unusable())
-    std::cout << "unusable   " << harmless(one.library.string() + ": " + one.reason) << '\n';
+    std::cout << "unusable   " << escape_control(one.library.string() + ": " + one.reason) << '\n';
 }
 
 std::string range_text(const abi::ParamDecl& p) {
@@ -39,7 +39,7 @@ std::string range_text(const abi::ParamDecl& p) {
     case abi::ParamType::boolean:
       return "true or false";
     case abi::ParamType::choice:
-      return harmless(p.choices);
+      return escape_control(p.choices);
     case abi::ParamType::table:
       return "table";
     default:
@@ -56,7 +56,7 @@ std::string default_text(const abi::ParamDecl& p) {
     case abi::ParamType::choice: {
       const std::vector<std::string> names = choice_names(p);
       const auto chosen = static_cast<std::size_t>(std::max(p.default_value, 0.0));
-      return chosen < names.size() ? " = " + harmless(names[chosen]) : "";  // none: a default that names nothing
+      return chosen < names.size() ? " = " + escape_control(names[chosen]) : "";  // none: a default that names nothing
     }
     default:
       return " = " + number_text(p.default_value);
@@ -64,18 +64,18 @@ std::string default_text(const abi::ParamDecl& p) {
 }
 
 void describe(const PluginEntry& entry) {
-  std::cout << kind_name(entry.decl->kind) << ' ' << entry.decl->id << ' ' << harmless(entry.decl->version) << "\n  "
-            << harmless(entry.decl->summary) << '\n';
+  std::cout << kind_name(entry.decl->kind) << ' ' << entry.decl->id << ' ' << escape_control(entry.decl->version)
+            << "\n  " << escape_control(entry.decl->summary) << '\n';
   std::istringstream equation(equation_of(entry));
-  for (std::string line; std::getline(equation, line);) std::cout << "    " << harmless(line) << '\n';
+  for (std::string line; std::getline(equation, line);) std::cout << "    " << escape_control(line) << '\n';
   if (entry.needs_truth()) std::cout << "  needs the truth of the world\n";
   if (*entry.decl->advice != '\0')
     std::cout << "  to distinguish it from similar effects: " << entry.decl->advice << '\n';
   std::cout << "  from " << entry.library.filename().string() << '\n';
   for (const abi::ParamDecl& p : entry.params()) {
-    std::cout << "  " << p.name << " [" << harmless(p.unit) << "]" << default_text(p) << "  " << range_text(p) << "  "
-              << harmless(p.doc) << (p.periodic ? "; a whole number apart is the same place" : "");
-    if (p.fit) std::cout << "; diagnose may fit it, " << number_text(p.neutral) << " is none of it";
+    std::cout << "  " << p.name << " [" << escape_control(p.unit) << "]" << default_text(p) << "  " << range_text(p)
+              << "  " << escape_control(p.doc) << (p.periodic ? "; a whole number apart is the same place" : "");
+    if (p.fit) std::cout << "; diagnose may fit it, " << number_text(p.neutral) << " is no effect";
     std::cout << '\n';
   }
 }

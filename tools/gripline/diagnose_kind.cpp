@@ -33,7 +33,7 @@ class HiddenEffects final : public Experiment {
   int run(const ExperimentRequest& request) override {
     refuse_race_options(request);
     const std::filesystem::path& out = request.out;
-    const OutLock lock = open_out_folder(out, experiment_identity(tree_), request.force);
+    const OutLock lock = open_out_folder(out, experiment_identity(tree_), {.force = request.force});
     write_scene(out, name_, "diagnose", tree_);
     CallbackProgress progress(std::cerr, name_);
     const diagnose::DiagnoseOutcome outcome =

@@ -60,7 +60,7 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
       warn_of_inconsistencies(file.session.name, file);
     }
   diagnose::use_once(files, held_out, [](const std::string& line) { std::cerr << line << '\n'; });
-  const OutLock lock = open_out_folder(asked.out, "diagnosis", asked.force);
+  const OutLock lock = open_out_folder(asked.out, "diagnosis", {.force = asked.force});
   const auto delays = diagnose::significant_delays_beyond_map(files, map, v_ref);
   const MissingEffects found = search(world, with_found(map, delays), registry, files, held_out, asked.out);
   const diagnose::Cornering corners = cornering_of(files, world.spec, found);

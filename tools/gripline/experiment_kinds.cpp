@@ -17,15 +17,17 @@ constexpr ExperimentKind kinds[] = {
 }  // namespace
 
 void refuse_race_options(const ExperimentRequest& request) {
-  if (!request.baseline.empty()) throw InputError("--baseline compares the rows of a race; this experiment is none");
-  if (!request.seeds_from.empty()) throw InputError("--seeds-from draws the seeds of a race; this experiment is none");
+  if (!request.baseline.empty())
+    throw InputError("--baseline compares the rows of a race; this experiment is not a race");
+  if (!request.seeds_from.empty())
+    throw InputError("--seeds-from draws the seeds of a race; this experiment is not a race");
   const char* option = request.jobs != 1         ? "-j"
                        : request.timeout_s > 0.0 ? "--timeout"
                        : request.memory_mb > 0   ? "--memory"
                                                  : nullptr;
   if (option != nullptr)
-    throw InputError(option +
-                     std::string(" is of the runs of a race, each a process of its own; this experiment is none"));
+    throw InputError(
+        option + std::string(" is for the runs of a race, each a process of its own; this experiment is not a race"));
 }
 
 void refuse_only(const ExperimentRequest& request) {

@@ -32,7 +32,7 @@ class RealCar final : public Experiment {
     refuse_race_options(request);
     refuse_only(request);
     const std::filesystem::path& out = request.out;
-    const OutLock lock = open_out_folder(out, experiment_identity(tree_), request.force);
+    const OutLock lock = open_out_folder(out, experiment_identity(tree_), {.force = request.force});
     write_scene(out, name_, "measured", tree_);
     CallbackProgress progress(std::cerr, name_);
     const calibrate::MeasuredOutcome outcome = calibrate::run_measured(spec_, registry_, progress.callback());

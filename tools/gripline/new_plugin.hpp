@@ -16,7 +16,7 @@ struct Template {
 std::span<const Template> templates();
 
 /// Writes a plugin, its CMakeLists.txt and an experiment to try it in into a new folder `folder`. Throws
-/// InputError when the kind is none, the name no identifier in lower case, or the folder is there.
+/// InputError when the kind is unknown, the name is not an identifier in lower case, or the folder is there.
 void write_new_plugin(const std::string& kind, const std::string& name, const std::filesystem::path& folder);
 
 }  // namespace gripline::tools

@@ -19,11 +19,11 @@ namespace gripline::tools {
 namespace {
 
 void report_broken(const RunnerOutcome& outcome) {
-  for (const std::string& note : outcome.notes) std::cerr << harmless(note) << '\n';
+  for (const std::string& note : outcome.notes) std::cerr << escape_control(note) << '\n';
   for (const RunResult& run : outcome.runs)
     if (!run.summary.message.empty())
       std::cerr << run.summary.stack << ", seed " << run.summary.seed << ": " << status_name(run.summary.status) << ": "
-                << harmless(run.summary.message) << '\n';
+                << escape_control(run.summary.message) << '\n';
 }
 
 bool any_broken(const RunnerOutcome& outcome) {
@@ -83,7 +83,8 @@ void print_changes(const std::filesystem::path& out, const std::vector<std::stri
   constexpr std::size_t most = 12;
   if (changes.empty()) return;
   std::cout << "since the last call into " << out.string() << ":\n";
-  for (std::size_t i = 0; i < std::min(changes.size(), most); ++i) std::cout << "  " << harmless(changes[i]) << '\n';
+  for (std::size_t i = 0; i < std::min(changes.size(), most); ++i)
+    std::cout << "  " << escape_control(changes[i]) << '\n';
   if (changes.size() > most) std::cout << "  and " << changes.size() - most << " more\n";
 }
 
@@ -179,7 +180,8 @@ int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Regi
                     const ExperimentRequest& request) {
   const std::filesystem::path& out = request.out;
   EditedExperiment edited{&race.tree, [&] { return !results_in(race, out).empty(); }, {}};
-  const OutLock lock = open_out_folder(out, experiment_identity(race.tree), request.force, &edited);
+  const OutLock lock =
+      open_out_folder(out, experiment_identity(race.tree), {.force = request.force, .edited = &edited});
   print_changes(out, edited.changes);
   write_scene(out, race, registry);
   std::vector<RunId> ids;

@@ -26,7 +26,7 @@ RaceOptions read_race_options(const boost::program_options::variables_map& given
 /// A time with its unit, or a bare number of seconds. Throws InputError at the option.
 double seconds_of(const std::string& option, const std::string& text);
 
-/// Calls read(assignments); an error that one of the assignments makes is told at it. Throws what `read` throws.
+/// Calls read(assignments); an error that one of the assignments makes is reported at it. Throws what `read` throws.
 void read_telling_assignments(const RaceOptions& options,
                               const std::function<void(std::span<const std::string>)>& read);
 

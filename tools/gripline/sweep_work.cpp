@@ -279,7 +279,7 @@ int plan_sweep(const sweep::Request& request, const SweepWork& work) {
   const Clock::time_point start = Clock::now();
   const sweep::Record record = worker.try_run(sweep.at(sweep.size() / 2));
   const double wall = std::chrono::duration<double>(Clock::now() - start).count();
-  if (record.broken()) std::cout << "the run that was tried broke: " << harmless(record.message) << '\n';
+  if (record.broken()) std::cout << "the run that was tried broke: " << escape_control(record.message) << '\n';
   const auto left = static_cast<double>(sweep.size() - there);
   constexpr double bytes_of_record = 4096 + 400;  // a block of the file system, and its row of the tables
   std::cout << "estimated time: " << duration_text(left * wall / jobs_of(work)) << " with " << jobs_of(work)
@@ -348,7 +348,7 @@ int sweep_status(const fs::path& given) {
                                 : "Slurm does not answer: " + state.message);
     }
     std::cout << '\n';
-    for (const std::string& line : sweep::task_troubles(batch)) std::cout << "  " << harmless(line) << '\n';
+    for (const std::string& line : sweep::task_troubles(batch)) std::cout << "  " << escape_control(line) << '\n';
   }
   return counts.missing() > 0 ? try_again : counts.broken > 0 ? run_broke : good;
 }
@@ -384,7 +384,7 @@ int sweep_cancel(const fs::path& given) {
     return good;
   }
   throw InputError(out.string() + ": another gripline is writing there and does not end" +
-                   (told ? "" : "; this machine knows no process of it"));
+                   (told ? "" : "; its process is not on this machine"));
 }
 
 int sweep_task(const fs::path& given, const std::string& number, const std::string& task_text) {
@@ -409,13 +409,13 @@ int sweep_task(const fs::path& given, const std::string& number, const std::stri
     note.end(code, code == sweep::task_refused ? "inputs are no longer those of the manifest" : "");
   } catch (const PluginError& e) {
     note.end(code = sweep::task_refused, e.what());
-    std::cerr << harmless(e.what()) << '\n';
+    std::cerr << escape_control(e.what()) << '\n';
   } catch (const InputError& e) {
     note.end(code = sweep::task_refused, e.what());
     std::cerr << e.what() << '\n';
   } catch (const std::exception& e) {
     note.end(code, e.what());
-    std::cerr << harmless(e.what()) << '\n';
+    std::cerr << escape_control(e.what()) << '\n';
   }
   disk().remove_all(scratch);
   // A scheduler that repeats what ends with 75 must come to an end.

@@ -43,7 +43,7 @@ std::vector<std::string> validate_file(const std::filesystem::path& file, const 
       break;
     case FileKind::unknown:
       errors.add(tree.origin,
-                 "is no experiment (\"stacks\"), world (\"plant\"), track (\"segments\"), car (\"lf\"), friction "
+                 "is not an experiment (\"stacks\"), world (\"plant\"), track (\"segments\"), car (\"lf\"), friction "
                  "schedule (\"points\") or map of a log (\"channels\")");
   }
   errors.throw_if_any();

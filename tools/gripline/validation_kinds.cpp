@@ -42,7 +42,7 @@ class OfflineValidation final : public Experiment {
   int run(const ExperimentRequest& request) override {
     refuse_race_options(request);
     refuse_only(request);
-    const OutLock lock = open_out_folder(request.out, experiment_identity(tree_), request.force);
+    const OutLock lock = open_out_folder(request.out, experiment_identity(tree_), {.force = request.force});
     write_scene(request.out, name_, "offline_validation", tree_);
     CallbackProgress progress(std::cerr, name_);
     const std::vector<ChannelScore> scores = validate_offline(tree_, registry_, request.out, progress.callback());
@@ -62,7 +62,7 @@ class ForceValidation final : public Experiment {
   int run(const ExperimentRequest& request) override {
     refuse_race_options(request);
     const std::vector<std::string> rows = chosen_rows(race_, request.only);
-    const OutLock lock = open_out_folder(request.out, experiment_identity(race_.tree), request.force);
+    const OutLock lock = open_out_folder(request.out, experiment_identity(race_.tree), {.force = request.force});
     write_scene(request.out, race_, registry_);
     CallbackProgress progress(std::cerr, race_.name);
     const ForceScores found = validate_forces(race_, rows, request.out, progress.callback());

@@ -78,7 +78,7 @@ struct PluginDecl {
   std::size_t param_count;  ///< of them
   int precedence;           ///< order in which diagnose puts effects of one stage into a chain; lower acts first
   /// What to drive so that a log distinguishes this effect from similar ones, as an imperative ("coast down from top
-  /// speed"); "" when nothing is advised. `diagnose` prints it.
+  /// speed"); "" when there is no advice. `diagnose` prints it.
   const char* advice;
   /// Makes an instance from param_count values. Returns a pointer to the interface of the kind (VehicleModel*,
   /// Effect*, ...) as void*, or null with a message in error (at most error_size bytes, terminated).

@@ -7,7 +7,7 @@
 ///
 /// Points without a derivative: abs, min, max and comparisons act on the value and take the derivative of the branch
 /// chosen; at a tie the first argument (for abs: the positive branch) wins. atan2(0, 0) has derivative 0; so have sqrt,
-/// hypot and powers below 1 at 0, where theirs is infinite or none.
+/// hypot and powers below 1 at 0, where the derivative is infinite or does not exist.
 #pragma once
 
 #include <cmath>

@@ -72,13 +72,13 @@ class TyreCurve {
   virtual ~TyreCurve() = default;
   /// Fills force [N] and, where not empty, its standard deviation sigma [N] of the axle at each slip angle [rad],
   /// at the axle's static load. Signs as in Quantities: a positive slip angle gives a positive force, to the left.
-  /// `force` is as long as `slip`; `sigma` is so too, or empty. False when it knows no tyre: the spans are then left
-  /// alone. Planners may call it within their `plan`.
+  /// `force` is as long as `slip`; `sigma` is so too, or empty. False when it has no tyre curve: the spans are then not
+  /// written. Planners may call it within their `plan`.
   virtual bool tyre_force(Axle axle, std::span<const double> slip, std::span<double> force,
                           std::span<double> sigma) const = 0;
 };
 
-/// Learns from every step what the nominal model misses, and what that says of friction. As an effect it corrects
+/// Learns from every step what the nominal model misses, and friction from that. As an effect it corrects
 /// Stage::body, after the nominal model and its effects filled it: points.params is not to be read, since the
 /// parameters of an estimator are not fitted. Authors derive from AutoDiffEffect<D, Estimator>.
 class Estimator : public Effect, public TyreCurve {
@@ -87,21 +87,21 @@ class Estimator : public Effect, public TyreCurve {
   /// Algorithm 1, lines 5 to 7: takes in one step. Called once in every step from the first, also while the stack still
   /// drives on the nominal model alone (before its adapt_after).
   virtual void update(const Sample& sample) = 0;
-  /// Algorithm 1, line 8: its present estimate. Until it learned anything that is the context's mu_init, or the
-  /// friction that a parameter of its own expects; a plugin that needs the truth may return the true friction at any
+  /// Algorithm 1, line 8: its present estimate. Until it has learned, that is the context's mu_init, or the
+  /// friction that one of its own parameters states; a plugin that needs the truth may return the true friction at any
   /// time. `trusted` is the stack's to set. A number that is not finite or below 0 ends the run.
   virtual Belief belief() const = 0;
-  /// By default it knows no tyre.
+  /// By default it has no tyre curve.
   bool tyre_force(Axle, std::span<const double>, std::span<double>, std::span<double>) const override { return false; }
 };
 
 /// x_{k+1} = f(x_k, u_k) of a model with its effects, exactly differentiated through the integrator. Made by the
 /// framework for controllers and planners. A row of x is a State (7 numbers in the order of the struct) followed by the
-/// effects' memory and the commands still on their way; a row of u is an Input (d, ddelta).
+/// effects' memory and the commands that do not act yet (delays); a row of u is an Input (d, ddelta).
 class Prediction {
  public:
   virtual ~Prediction() = default;
-  /// Length of a row of x: 7 + memory + 2 per command on its way.
+  /// Length of a row of x: 7 + memory + 2 per command that does not act yet.
   virtual int states() const noexcept = 0;
   /// Length of a step [s].
   virtual double dt() const noexcept = 0;
@@ -152,7 +152,7 @@ class Course {
   /// Fills `line` with the minimum-curvature line (eq. (1) of the paper) as line.size() samples equally spaced along
   /// it, closed (the first sample is not repeated). Takes seconds and allocates: for constructors. Throws what derives
   /// from std::exception when there is no such line, as on a road narrower than the car with its margins; a constructor
-  /// may let it through, which then is the plugin's refusal.
+  /// may let it through: the plugin is then reported as refused.
   virtual void minimum_curvature(const LineOptions& options, std::span<LinePoint> line) const = 0;
 };
 
@@ -200,9 +200,9 @@ class Truth {
   /// v_ref, without drive, with the present factor; signs as in TyreCurve.
   virtual double tyre_force(Axle axle, double slip) const = 0;
   /// Fills ax, ay, aw, grade and bank of all n points.q from yaw, vx, vy, omega, d, delta, delta_rate and points.at as
-  /// the true car would have them. d, delta and delta_rate are what acts, as in Quantities: of the true car's effects
-  /// those of Stage::command are left out, and those that have memory. params, memory and history are not read. False
-  /// when the world's car is a Plant; points are then left alone.
+  /// the true car would have them. d, delta and delta_rate act, as in Quantities: the true car's effects of
+  /// Stage::command are left out, and those that have memory. params, memory and history are not read. False
+  /// when the world's car is a Plant; points are then not written.
   virtual bool accelerations(const Points<double>& points) const = 0;
   /// accelerations() with exact derivatives; values v are those of the overload for double within 1e-9 (1 + |v|).
   virtual bool accelerations(const Points<Dual8>& points) const = 0;
@@ -248,12 +248,12 @@ struct PluginContext {
   std::uint64_t seed = 1;           ///< of this run: all randomness of a plugin comes from it. The world draws its
                                     ///< sensors' noise from it too; a plugin that repeats those draws knows the truth
                                     ///< without having declared it, which nothing prevents
-  double mu_init = 1;               ///< what the stack believes of friction before it learned [-]
+  double mu_init = 1;               ///< friction that the stack assumes before it learned [-]
   const Course* course = nullptr;   ///< the road; null for effects and models in offline work
   Prediction* nominal = nullptr;    ///< the stack's nominal model; null for models, effects and plants
   const Truth* truth = nullptr;     ///< null unless the plugin is an estimator, planner or controller that declares
                                     ///< needs_truth
-  const char* cache_dir = nullptr;  ///< where an expensive, content-addressed result may be kept; null: nowhere
+  const char* cache_dir = nullptr;  ///< where an expensive, content-addressed result may be kept; null: it is not kept
   /// Reports the progress of long work to the user: progress_context, its name and the fraction done, 0 to 1. For
   /// constructors. Null when it is not shown.
   void (*progress)(void* context, const char* what, double fraction) = nullptr;

@@ -8,7 +8,7 @@
 /// - `template <class T> struct Params { T k = T(0); std::array<T, 5> c = {}; Table map; };` is given to each call of a
 ///   formula (AutoDiffEffect::act, ...), because `diagnose` fits its values: numbers are T, which carries derivatives;
 ///   int, bool and Table members stay what they are. Its members stand in the order of parameters(), all of them
-///   declared: it is filled by position, since a pointer to a member of Params<double> says nothing of Params<Dual8>.
+///   declared: it is filled by position, since a pointer to a member of Params<double> does not apply to Params<Dual8>.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 /// \file
 /// What plugin authors include. A plugin is a class that derives from one of six interfaces, its parameters, and a line
-/// that exports it; it links nothing of gripline.
+/// that exports it; it links no library of gripline.
 ///
 /// An estimator, whole: it learns one drag coefficient from what the nominal model leaves unexplained.
 /// \code
@@ -21,7 +21,7 @@
 ///       const double regressor = -k.x.vx * k.x.vx;
 ///       c_ += rate_ * (k.e_vx - c_ * regressor) * regressor / (1e-6 + regressor * regressor);
 ///     }
-///     gripline::Belief belief() const override { return belief_; }   // it learns nothing of friction
+///     gripline::Belief belief() const override { return belief_; }   // it does not learn friction
 ///
 ///     template <class T>                                      // the correction: T is double, or carries derivatives
 ///     void act(gripline::Point<T>& p) const {
@@ -66,8 +66,8 @@
 /// - params.hpp: parameters of every type; autodiff.hpp: effects with memory, readings, vehicle models, the two classic
 ///   mistakes with derivatives; dual.hpp: the functions that T knows.
 ///
-/// What would bind a value to the wrong member, what nothing would fill or fit, and what cannot be made is refused by
-/// the compiler, with a sentence.
+/// The compiler refuses, with a sentence, what would bind a value to the wrong member, parameters that would never be
+/// filled or fitted, and classes that cannot be made.
 #pragma once
 
 #include <gripline/abi_layout.hpp>

@@ -4,7 +4,7 @@
 /// SI units and ISO axes throughout: x forward, y left, yaw counter-clockwise, steering positive to the left. No Eigen,
 /// JSON or std::string here: their layout follows compiler flags and versions, ours must not.
 ///
-/// "Algorithm 1" is that of Kalaria, Lin, Dolan, arXiv 2303.08235.
+/// "Algorithm 1" is the algorithm of Kalaria, Lin, Dolan, arXiv 2303.08235.
 #pragma once
 
 #include <cstddef>
@@ -38,8 +38,8 @@ struct Input {
   double ddelta = 0;  ///< rate of the commanded steering angle [rad/s]
 };
 
-/// When and where: the time and the Frenet coordinates of a point, with what the road is there. True friction is not
-/// among it; `grip` is what a planner expects.
+/// When and where: the time and the Frenet coordinates of a point, with the road there. True friction is not part of
+/// it; `grip` is what a planner expects.
 struct Place {
   double t = 0;             ///< time since the start of the run [s]
   double s = 0;             ///< station on the centre line [m]
@@ -78,7 +78,7 @@ enum class Axle : int {
 
 /// The stages in which a car is evaluated, in this order. An effect acts in one stage and changes its quantities.
 enum class Stage : int {
-  command,  ///< what acts of the commands: d, delta, delta_rate
+  command,  ///< the commands that act: d, delta, delta_rate
   drive,    ///< drive train, brakes and resistance
   load,     ///< inertia, geometry, axle loads
   tyre,     ///< slip angles and the tyres' peak and stiffness
@@ -249,13 +249,13 @@ struct Sample {
   Place at;               ///< where it started
   State x_next;           ///< sensed at its end
   Place at_next;          ///< where it ended
-  double e_vx = 0;     ///< residual (x_next - f_nom(x, u)) / dt of vx, what the nominal model left unexplained [m/s2]
-  double e_vy = 0;     ///< residual of vy: (x_next - f_nom(x, u)) / dt [m/s2] (Algorithm 1, line 4)
-  double e_omega = 0;  ///< residual of omega: (x_next - f_nom(x, u)) / dt [rad/s2]
-  double d_lag = 0;    ///< throttle commanded less what acts of it in the middle of the step: by lags, gains or delays
-                       ///< that the nominal model knows, and half a ramp where commands move within a step [-]
-  double delta_lag = 0;   ///< steering angle commanded less what acts of it in the middle of the step, likewise [rad]
-  double ddelta_lag = 0;  ///< rate of that command less the rate at which the wheels turn then, likewise [rad/s]
+  double e_vx = 0;        ///< residual (x_next - f_nom(x, u)) / dt of vx, unexplained by the nominal model [m/s2]
+  double e_vy = 0;        ///< residual of vy: (x_next - f_nom(x, u)) / dt [m/s2] (Algorithm 1, line 4)
+  double e_omega = 0;     ///< residual of omega: (x_next - f_nom(x, u)) / dt [rad/s2]
+  double d_lag = 0;  ///< throttle commanded minus the throttle that acts in the middle of the step: by lags, gains or
+                     ///< delays of the nominal model, and half a ramp where commands move within a step [-]
+  double delta_lag = 0;   ///< steering angle commanded minus the one that acts then, likewise [rad]
+  double ddelta_lag = 0;  ///< rate of that command minus the rate at which the wheels turn then, likewise [rad/s]
 };
 
 /// A stack's estimate of friction: peak lateral force of an axle over that axle's static load, and its standard
@@ -274,7 +274,7 @@ inline double total_mu(const Belief& belief, const Car& car) {
   return (belief.mu_front * car.lr + belief.mu_rear * car.lf) / (car.lf + car.lr);
 }
 
-/// Standard deviation of total_mu: an error of both axles in one direction is taken for granted, so that theirs add up.
+/// Standard deviation of total_mu. The errors of both axles are assumed fully correlated, so standard deviations add.
 inline double total_sigma(const Belief& belief, const Car& car) {
   return (belief.sigma_front * car.lr + belief.sigma_rear * car.lf) / (car.lf + car.lr);
 }
@@ -282,8 +282,8 @@ inline double total_sigma(const Belief& belief, const Car& car) {
 /// Where the car should be k steps ahead. All members are finite: where no edge is to hold the car back, `left` and
 /// `right` are large numbers, such as a kilometre.
 struct RefPoint {
-  double s = 0;      ///< station on the closed line that the planner counts along [m]: of the point of that line beside
-                     ///< this one where the plan leads elsewhere, as a time-optimal lap does; so no distance driven
+  double s = 0;      ///< station on the closed line that the planner counts along [m], not the distance driven: where
+                     ///< the plan leaves that line, as a time-optimal lap does, of the point of the line beside it
   double x = 0;      ///< position [m]
   double y = 0;      ///< position [m]
   double yaw = 0;    ///< heading of the path [rad]; the car's own is planned to be yaw - beta

@@ -37,7 +37,7 @@ class FieldReader::Bytes {
     const unsigned id = std::to_integer<unsigned>(all[0]) << 8U | std::to_integer<unsigned>(all[1]);
     if (id == 0x28b5) throw InputError("it is compressed (zstd); expected a recording without compression by message");
     if (id != 0 && id != 1 && id != 6 && id != 7)
-      throw InputError("it is no plain CDR: it begins with the identifier " + std::to_string(id));
+      throw InputError("it is not plain CDR: it begins with the identifier " + std::to_string(id));
     swap_ = id % 2 == 0;
     widest_ = id < 6 ? 8 : 4;
     all_ = all.subspan(4);
@@ -120,7 +120,7 @@ FieldReader::Pick* FieldReader::choose_element(const std::string& path, const st
                                                Pick& of) const {
   const std::size_t bracket = word.find('[');
   if (field.many == Field::Many::one) {
-    if (bracket != std::string::npos) refuse_path(path, field.name + " is no array");
+    if (bracket != std::string::npos) refuse_path(path, field.name + " is not an array");
     return &of;
   }
   if (bracket == std::string::npos) refuse_path(path, field.name + " is an array: expected " + field.name + "[0]");

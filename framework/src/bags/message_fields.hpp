@@ -17,13 +17,13 @@ namespace gripline::bags {
 /// (nanoseconds). A geometry_msgs/Quaternion has also the member "yaw" [rad].
 class FieldReader {
  public:
-  /// Throws InputError where a path is no number: nearest name, what there is, an element that is to be named.
+  /// Throws InputError where a path is not a number: nearest name, what there is, an element that is to be named.
   FieldReader(Schema schema, const std::vector<std::string>& paths, std::int64_t zero);
 
   /// One number for each path; NaN where an array is too short for it. Throws InputError: bytes that end too early or
   /// too late, an array longer than the bytes that are left. Nothing is reserved by lengths in the message.
   std::span<const double> read(std::span<const std::byte> message);
-  /// The stamp of the last message's header; nothing where the type has none.
+  /// The stamp of the last message's header; empty where the type has none.
   std::optional<std::int64_t> stamp() const { return stamp_; }
   bool has_header() const { return header_; }
   /// Whether this number is an angle that jumps by a turn.

@@ -234,7 +234,7 @@ std::string short_type(std::string_view type) {
 
 Schema parse_schema(const std::string& type, const std::string& text, Wire wire, const Definitions& others) {
   const std::string name = short_type(type);
-  if (name.find('/') == std::string::npos) throw InputError("\"" + type + "\" is no type; expected package/Type");
+  if (name.find('/') == std::string::npos) throw InputError("\"" + type + "\" is not a type; expected package/Type");
   return SchemaParser(wire, others).parse(name, text);
 }
 

@@ -67,7 +67,7 @@ std::string problem_of(const PluginSpec& model, const StagedCar& staged, const C
   if (names.empty()) return {};
   return "at full throttle this car accelerates by " + significant(a, 2) + " m/s2 at " + number_text(car.v_min) +
          " m/s, expected at least " + number_text(least_acceleration) +
-         ": nothing states its drive, and what the vehicle model takes instead is another car's (" + names +
+         ": its drive is not stated, and the vehicle model's defaults are another car's (" + names +
          "); state them here (example: worlds/cars/full_size.json)";
 }
 

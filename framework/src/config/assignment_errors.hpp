@@ -1,4 +1,4 @@
-// Errors that --set assignments cause, told at those.
+// Errors that --set assignments cause, reported at the assignments.
 #pragma once
 
 #include <functional>

@@ -48,7 +48,7 @@ std::size_t distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-std::string harmless(std::string_view text) {
+std::string escape_control(std::string_view text) {
   constexpr std::string_view hex = "0123456789abcdef";
   constexpr std::size_t longest = 4000;
   std::string result;
@@ -78,7 +78,7 @@ std::string Diagnostic::text() const {
   std::string result = where.empty() ? message : where + ": " + message;
   for (std::size_t i = 0; i < contexts.size(); ++i) result += (i == 0 ? " [" : ", ") + contexts[i];
   if (!contexts.empty()) result += ']';
-  return harmless(result);
+  return escape_control(result);
 }
 
 InputError::InputError(std::vector<Diagnostic> diagnostics)
@@ -98,7 +98,7 @@ void Errors::add(Diagnostic diagnostic) {
                             std::to_string(diagnostic.column) + '\n' + diagnostic.pointer + '\n' + diagnostic.message;
   const auto known = known_.find(place);
   if (known == known_.end() && diagnostics_.size() >= most) {
-    ++untold_;
+    ++unlisted_;
     return;
   }
   const std::size_t index = known != known_.end() ? known->second : diagnostics_.size();
@@ -126,8 +126,8 @@ std::vector<Diagnostic> Errors::sorted() const {
   std::ranges::stable_sort(result, [](const Diagnostic& a, const Diagnostic& b) {
     return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
   });
-  if (untold_ > 0) {
-    Diagnostic rest{.file = result.back().file, .message = "and " + std::to_string(untold_) + " more errors"};
+  if (unlisted_ > 0) {
+    Diagnostic rest{.file = result.back().file, .message = "and " + std::to_string(unlisted_) + " more errors"};
     result.push_back(std::move(rest));
   }
   return result;

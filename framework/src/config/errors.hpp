@@ -60,8 +60,8 @@ class Errors {
 
   [[nodiscard]] bool empty() const noexcept { return diagnostics_.empty(); }
   /// Different errors so far.
-  [[nodiscard]] std::size_t size() const noexcept { return diagnostics_.size() + untold_; }
-  /// Every call of add() so far, repetitions counted: what tells a reader whether its own part was good.
+  [[nodiscard]] std::size_t size() const noexcept { return diagnostics_.size() + unlisted_; }
+  /// Every call of add() so far, repetitions counted: by it a reader knows whether its own part was good.
   [[nodiscard]] std::size_t added() const noexcept { return added_; }
   /// By file, line and column. The first thousand; a last one counts what follows.
   [[nodiscard]] std::vector<Diagnostic> sorted() const;
@@ -71,14 +71,16 @@ class Errors {
  private:
   std::vector<Diagnostic> diagnostics_;
   std::unordered_map<std::string, std::size_t> known_;  ///< index of an error, by its text
-  std::size_t added_ = 0, untold_ = 0, of_machine_ = 0;
+  std::size_t added_ = 0, unlisted_ = 0, of_machine_ = 0;
   Refuse refuse_ = nullptr;  ///< for those of the machine
   std::string context_;
 };
 
 /// Text from outside (keys, paths, messages of plugins), made safe for a terminal: control characters become `\x1b`,
 /// and long texts are cut.
-[[nodiscard]] std::string harmless(std::string_view text);
+[[nodiscard]] std::string escape_control(std::string_view text);
+/// The former name of escape_control(), for callers that are not renamed yet.
+[[nodiscard]] inline std::string harmless(std::string_view text) { return escape_control(text); }
 
 /// The candidate most like `name` (fewest insertions, deletions, substitutions and swaps; upper and lower case count
 /// as equal), if one is near enough to be what was meant.

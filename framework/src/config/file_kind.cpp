@@ -35,9 +35,13 @@ FileKind kind_of(const Node& tree) {
 }
 
 std::string_view kind_text(FileKind kind) {
-  constexpr std::array<std::string_view, 7> texts = {
-      "an experiment",         "a world", "a track", "a car", "a friction schedule", "a map of a log",
-      "nothing gripline knows"};
+  constexpr std::array<std::string_view, 7> texts = {"an experiment",
+                                                     "a world",
+                                                     "a track",
+                                                     "a car",
+                                                     "a friction schedule",
+                                                     "a map of a log",
+                                                     "a file of an unknown kind"};
   return texts[static_cast<std::size_t>(kind)];
 }
 

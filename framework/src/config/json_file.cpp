@@ -85,7 +85,7 @@ Extended extended_by(const Node& name) {
 /// The names that could follow `node`, and what is wrong with `name` there.
 std::string no_such_part(const Node& node, const std::string& name) {
   if (node.is_array())
-    return ": \"" + name + "\" is none of its " + std::to_string(node.array().size()) + " elements, counted from 0";
+    return ": \"" + name + "\" is not one of its " + std::to_string(node.array().size()) + " elements, counted from 0";
   if (!node.is_object()) return ": it is " + node.describe();
   std::vector<std::string> keys;
   for (const Member& one : node.object()) keys.push_back(one.key);
@@ -106,7 +106,7 @@ Node part_of(const Node& root, const std::string& pointer, const Node& name) {
   for (const std::string& key : keys) {
     const Node* const next = find_pointer(*node, join_pointer("", key));
     if (next == nullptr) {
-      throw InputError(name.origin, "nothing is at " + pointer + " of \"" + root.origin.source->name + "\", " +
+      throw InputError(name.origin, "there is no value at " + pointer + " of \"" + root.origin.source->name + "\", " +
                                         (above.empty() ? "the top level" : above) + no_such_part(*node, key));
     }
     node = next;

@@ -155,8 +155,7 @@ class Assignment {
     const std::string here = join_pointer(path, name);
     if (Node* const next = node.find(name); next != nullptr) {
       if (!next->is_null()) return *next;
-      refuse(here +
-             " is null, which may take the place of what is inherited; nothing is set below it, only it whole: " +
+      refuse(here + " is null, which replaces what is inherited; a key below it cannot be set, only the whole: " +
              here + "={...}");
     }
     // Whether such an object is allowed is checked when the tree is read.

@@ -15,7 +15,7 @@ namespace gripline {
 /// Readers take null for absent; a null in a member's place has it as `replaced`.
 [[nodiscard]] Node merge_keeping_nulls(Node base, const Node& patch);
 
-/// Takes the nulls that stand in the place of a member out of a tree that is no patch of anything, at any depth.
+/// Takes the nulls that stand in the place of a member out of a tree that is not a patch, at any depth.
 void drop_removed(Node& node);
 
 /// Carries out `--set /json/pointer=VALUE`. VALUE is read as JSON if it is JSON, else taken as text (`20 ms`).

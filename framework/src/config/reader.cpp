@@ -93,7 +93,7 @@ double read_number(const Node& node, std::string_view unit, const NumberRange& r
     return range.some();
   }
   if (!std::isfinite(value)) {
-    errors.add(node.origin, node.describe() + " is beyond any number: " + expectation(unit));
+    errors.add(node.origin, node.describe() + " is too large for a number: " + expectation(unit));
     return range.some();
   }
   if (range.contains(value)) return value;

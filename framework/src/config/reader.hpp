@@ -43,7 +43,7 @@ struct IntegerRange {
   std::int64_t hi = std::numeric_limits<std::int64_t>::max();
 };
 
-/// Reads of one value. Each adds to `errors` what is wrong and then gives back a harmless value of the right kind.
+/// Reads of one value. Each adds to `errors` what is wrong and then gives back a valid value of the right kind.
 /// A JSON number is SI; text is a number with a unit (to_si).
 [[nodiscard]] double read_number(const Node& node, std::string_view unit, const NumberRange& range, Errors& errors);
 [[nodiscard]] std::int64_t read_integer(const Node& node, const IntegerRange& range, Errors& errors);
@@ -115,8 +115,8 @@ class ObjectReader {
   [[nodiscard]] Errors& errors() { return errors_; }
   /// Adds an error at this object.
   void error(std::string message) { errors_.add(node_.origin, std::move(message)); }
-  /// Whether this object lacks keys of a file whose name it took the place of in a merge. That is told in one message:
-  /// to be merged over a file, an object says "extends".
+  /// Whether this object lacks keys of a file whose name it took the place of in a merge. That is reported in one
+  /// message: to be merged over a file, an object says "extends".
   [[nodiscard]] bool lacks_replaced_file() const { return lacks_replaced_file_; }
   /// Adds an error at the value of `key`, or at this object if it is absent.
   void error_at(std::string_view key, std::string message);

@@ -211,7 +211,7 @@ class UnitParser {
     if (take(squared)) return {2};
     if (take(cubed)) return {3};
     const bool caret = take("^");
-    constexpr std::string_view wanted = "a power is a whole number from 1 to 9, or such a half as ^0.5";
+    constexpr std::string_view wanted = "a power is a whole number from 1 to 9, or a half such as ^0.5";
     Exponent result;
     result.negative = rest_.starts_with('-');
     const auto [stop, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), result.whole);

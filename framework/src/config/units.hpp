@@ -42,7 +42,7 @@ struct Unit {
 /// not a unit: that is a mistake of the program.
 [[nodiscard]] double to_si(std::string_view text, std::string_view expected_unit);
 
-/// What a logger's header calls a unit ("MPH", "degrees", "°/s"), as it is written here; empty if it is none, or not of
+/// What a logger's header calls a unit ("MPH", "degrees", "°/s"), as it is written here; empty if it is not, or not of
 /// the kind of `expected_unit`. As written or, where `any_form`, in lower case or spelled out.
 [[nodiscard]] std::string header_unit(std::string_view written, std::string_view expected_unit, bool any_form = true);
 

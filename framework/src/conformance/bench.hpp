@@ -45,7 +45,7 @@ class LevelGround final : public Ground {
 
 class Bench {
  public:
-  /// `cache_dir`: where planners may keep expensive results between the processes of one call; empty: nowhere.
+  /// `cache_dir`: where planners may keep expensive results between the processes of one call; empty: none.
   explicit Bench(std::string cache_dir = {});
   Bench(const Bench&) = delete;
   Bench& operator=(const Bench&) = delete;

@@ -153,11 +153,11 @@ std::string check_parameters(const Workshop& workshop, const Subject& subject) {
               make_exercise(entry, bench, bench.context(entry), values)->step(0, nullptr);
             } catch (const std::exception& refused) {
               if (*refused.what() == '\0')
-                throw Broken(std::string("refuses ") + p.name + " = " + significant(end, 4) + " without a word");
+                throw Broken(std::string("refuses ") + p.name + " = " + significant(end, 4) + " without a message");
             }
           }
         }
-        tell(asked == all ? "" : std::to_string(asked) + " of " + std::to_string(all) + " ends in the time there is");
+        tell(asked == all ? "" : std::to_string(asked) + " of " + std::to_string(all) + " ends in the time allowed");
       });
   return answers.back();
 }
@@ -376,7 +376,7 @@ std::string check_learns(const Workshop& workshop, const Subject& subject) {
                for (const double mu : {b.mu_front, b.mu_rear})
                  if (!(mu > 0.01 && mu < 10)) throw Broken("estimates a friction of " + significant(mu, 4));
                const std::string left =
-                   nothing ? "changes nothing of the model" : words + " of the residuals of vx, vy, omega are left";
+                   nothing ? "does not change the model" : words + " of the residuals of vx, vy, omega are left";
                tell((learned.cut_short ? "trained on a part of the drive only, not judged: " : "") + left);
              })
       .back();
@@ -440,7 +440,7 @@ std::string check_growth(const Workshop& workshop, const Subject& subject) {
 
 constexpr std::array all_checks = {
     Check{"manifest", "id, version and summary; parameters with sentence, unit, range", every_kind, check_manifest},
-    Check{"parameters", "made, or refused in words, at both ends of every range", every_kind, check_parameters},
+    Check{"parameters", "made, or refused with a message, at both ends of every range", every_kind, check_parameters},
     Check{"truth", "works without the truth, unless it declares needs_truth", every_kind, check_truth},
     Check{"finite", "finite at standstill, in reverse, at full lock, off the road", every_kind, check_finite},
     Check{"derivatives", "derivatives agree with differences, Dual8 with double", formulas, check_derivatives},
@@ -448,7 +448,7 @@ constexpr std::array all_checks = {
     Check{"deterministic", "the same seed gives the same answers", every_kind, check_deterministic},
     Check{"isolated", "instances do not touch each other", every_kind, check_isolated},
     Check{"threads", "const calls from four threads answer as from one", every_kind, check_threads},
-    Check{"allocation", "a step allocates nothing", every_kind, check_allocation},
+    Check{"allocation", "a step does not allocate", every_kind, check_allocation},
     Check{"learns", "its correction does not make a drive's residuals larger", bit(abi::Kind::estimator), check_learns},
     Check{"bounds", "stays within the car's limits, and on an easy road", bit(abi::Kind::controller), check_bounds},
     Check{"growth", "memory does not grow over 100,000 steps, or 2 s of them", every_kind, check_growth}};

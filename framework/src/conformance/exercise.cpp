@@ -87,7 +87,7 @@ class EstimatorExercise final : public Exercise {
     for (std::int64_t k = 0; k < 30; ++k) step(k, answers);
     constexpr std::array<const char*, 5> names = {"after a step at standstill", "after a step in reverse",
                                                   "after a step at full lock", "after a step while spinning",
-                                                  "after a step that nothing explains"};
+                                                  "after an unexplained step"};
     const std::array<State, 5> states = {State{}, State{.vx = -0.8, .vy = 0.02, .omega = 0.1, .delta = 0.1},
                                          State{.vx = 1.5, .vy = 0.3, .omega = 6, .delta = 0.35},
                                          State{.vx = 0.01, .vy = 0.4, .omega = 12, .delta = -0.35},

@@ -9,7 +9,7 @@
 
 namespace gripline::conformance {
 
-/// What an answer is kept in: null when nobody wants it, so that a step allocates nothing of the kit's.
+/// Where an answer is kept: null when it is not wanted, so that a step makes no allocation of the kit's.
 using Answers = std::vector<double>*;
 
 class Exercise {

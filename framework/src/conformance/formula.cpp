@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <random>
 
 #include "conformance/recorded_drive.hpp"
@@ -42,7 +41,7 @@ Quantities<double> corner() {
 template <class T>
 void forget(Quantities<T>& q, unsigned stages) {
   const auto set = [stages](Stage stage, auto&... members) {
-    const T unfilled((stages & stage_bit(stage)) != 0 ? std::numeric_limits<double>::quiet_NaN() : 0.0);
+    const T unfilled((stages & stage_bit(stage)) != 0 ? not_a_number : 0.0);
     ((members = unfilled), ...);
   };
   set(Stage::drive, q.motor, q.emf, q.brake, q.rolling, q.drag);

@@ -31,7 +31,7 @@ class Formula {
   /// A call of no instants at all.
   virtual void evaluate_none() const = 0;
 
-  /// Calls with double and with Dual8 on instants kept for it; a call allocates nothing of the kit's.
+  /// Calls with double and with Dual8 on instants kept for it; a call makes no allocation of the kit's.
   class Prepared {
    public:
     virtual ~Prepared() = default;

@@ -63,7 +63,7 @@ inline constexpr std::size_t refit_models = 6;
 /// rounding, far below what any log resolves.
 inline constexpr double synonym_tolerance = 1e-10;
 
-// ---- Confidence and sets that cannot be told apart
+// ---- Confidence and sets that cannot be distinguished
 
 /// Log evidence above which an effect needs not also help on hold-out data. Smaller: small true effects that rest there
 /// are kept; more false names.
@@ -114,8 +114,8 @@ inline constexpr std::size_t rollout_block = 4, short_rollout_block = 2, fewest_
 /// said to be wrong: noise that is measured with the model takes them up. Larger: noise that is stated too small is no
 /// alarm, errors of a sensor that no effect explains pass for noise.
 inline constexpr double wrong_channel = 3.0, slow_colour = 0.8;
-/// Errors 1 s ahead of a real log's quantity over the noise of its own sensors, beyond which more could be told.
-/// Larger: a channel that is wrong is told less often.
+/// Errors 1 s ahead of a real log's quantity over the noise of its own sensors, beyond which more could be found.
+/// Larger: a channel that is wrong is reported less often.
 inline constexpr double far_above_noise = 3.0;
 
 /// Standardised statistic of a test beyond which the model is rejected. Larger: fewer false alarms, weaker deviations

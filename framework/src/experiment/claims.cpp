@@ -191,7 +191,7 @@ std::optional<Claim> read_claim(const Node& node, std::span<const std::string> s
     try {
       for (const auto& [side, where] : {std::pair(left, "before"), std::pair(right, "after")})
         if (side.find_first_not_of(' ') == side.npos)
-          throw ClaimProblem(std::string("nothing stands ") + where + " \"" + text + '"');
+          throw ClaimProblem(std::string("a value is missing ") + where + " \"" + text + '"');
       claim.left = TermParser(left).parse();
       claim.right = TermParser(right).parse();
     } catch (const ClaimProblem& problem) {

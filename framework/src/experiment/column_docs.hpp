@@ -10,7 +10,7 @@ namespace gripline {
 struct ColumnDoc {
   const char* files;    ///< where it stands, with blanks between: "runs.csv table.csv"
   const char* name;     ///< K stands for a number from 0
-  const char* unit;     ///< "1" when pure, "" where it is no quantity
+  const char* unit;     ///< "1" when pure, "" where it is not a quantity
   const char* of_rows;  ///< how table.csv sums up the runs of a row: "median", "sum", "largest"; else ""
   const char* meaning;  ///< one sentence
 };

@@ -72,7 +72,8 @@ bool occupied(const fs::path& out) {
   return has_results(out) || fs::exists(out / marker, failed);
 }
 
-void refuse_others(const fs::path& out, const std::string& identity, bool force, EditedExperiment* edited) {
+void refuse_others(const fs::path& out, const std::string& identity, const OutFolderOptions& options) {
+  const auto& [force, edited] = options;
   const Holder holder = holder_of(out);
   if (!holder.ours)
     throw InputError(out.string() + (force
@@ -299,17 +300,18 @@ std::string experiment_identity(const Node& tree) {
   return sha256_hex(content_text(same));
 }
 
-OutLock open_out_folder(const fs::path& out, const std::string& identity, bool force, EditedExperiment* edited) {
+OutLock open_out_folder(const fs::path& out, const std::string& identity, const OutFolderOptions& options) {
+  const auto& [force, edited] = options;
   std::error_code failed;
   if (fs::exists(out, failed) && !fs::is_directory(out, failed))
     throw InputError(out.string() + " is a file; --out names a folder");
   // A folder of other files is refused before a lock is made in it.
-  if (occupied(out) && !fs::exists(out / lock_name, failed)) refuse_others(out, identity, force, edited);
+  if (occupied(out) && !fs::exists(out / lock_name, failed)) refuse_others(out, identity, options);
   make_folders(out, failed);
   if (failed) throw InputError("cannot make " + out.string() + ": " + failed.message());
   OutLock lock(out);
   if (occupied(out)) {
-    refuse_others(out, identity, force, edited);
+    refuse_others(out, identity, options);
     if (edited != nullptr && !force)
       if (const Holder holder = holder_of(out); !holder.tree.is_null())
         edited->changes = differences(holder.tree, *edited->tree);

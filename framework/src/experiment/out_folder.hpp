@@ -55,15 +55,20 @@ struct EditedExperiment {
   std::vector<std::string> changes;      ///< what differs from the experiment that the folder held (tree_diff.hpp)
 };
 
+struct OutFolderOptions {
+  bool force = false;                  ///< removes all that gripline made there; everything else stays
+  EditedExperiment* edited = nullptr;  ///< of an experiment whose finished runs are kept; null for others
+};
+
 /// Makes OUT ready for an experiment with this identity. A folder that is not empty is refused (InputError) unless it
-/// holds the same experiment, also before it was edited (finished runs are then kept), or `force` is set: then all that
-/// gripline made there is removed and everything else stays. A folder that gripline did not make is always refused.
-OutLock open_out_folder(const std::filesystem::path& out, const std::string& identity, bool force,
-                        EditedExperiment* edited = nullptr);
+/// holds the same experiment, also before it was edited (finished runs are then kept), or `force` is set. A folder that
+/// gripline did not make is always refused.
+OutLock open_out_folder(const std::filesystem::path& out, const std::string& identity,
+                        const OutFolderOptions& options = {});
 
 /// What the report needs to know once per experiment: scene.json, track.csv, provenance.json.
 void write_scene(const std::filesystem::path& out, const RaceSpec& race, const Registry& registry);
-/// write_scene() for experiments that are no race: only scene.json, with the name, the kind and the note of `tree`.
+/// write_scene() for experiments that are not a race: only scene.json, with the name, the kind and the note of `tree`.
 void write_scene(const std::filesystem::path& out, const std::string& name, const std::string& kind, const Node& tree);
 
 }  // namespace gripline

@@ -36,7 +36,7 @@ struct NamedColumn {
   const RaceColumn* column;
   std::size_t lap;
 };
-/// The column that a name such as "lap12_s" means; nothing when there is none, nor for the ends of intervals.
+/// The column that a name such as "lap12_s" means; empty when there is none, nor for the ends of intervals.
 std::optional<NamedColumn> find_race_column(std::string_view name);
 
 /// The header's names of the columns that stand in `file`, those of laps for `laps` laps each.
@@ -46,7 +46,7 @@ std::vector<std::string> race_column_names(std::string_view file, std::size_t la
 /// of laps, then the others.
 std::vector<std::string> recorded_columns(std::size_t laps);
 
-/// The column whose interval `name` is an end of ("lap1_s" for "lap1_s_lo", "lap1_s_hi"); empty when it is none.
+/// The column whose interval `name` is an end of ("lap1_s" for "lap1_s_lo", "lap1_s_hi"); empty when it is not one.
 std::string_view interval_of(std::string_view name);
 
 /// Whether claims may name it: a column, or an end of an interval of one that has it.

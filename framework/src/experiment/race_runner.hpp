@@ -20,7 +20,7 @@ struct RunnerOptions {
   FileHashes* hashes = nullptr;  ///< shared by many calls, so that each file is read once; null: this call's own
 };
 
-/// Wall clock after which a run surely hangs [s]: generous, from the longest race that the world allows.
+/// Wall clock after which a run certainly hangs [s]: generous, from the longest race that the world allows.
 double default_timeout(const WorldSpec& world);
 
 struct RunnerOutcome {

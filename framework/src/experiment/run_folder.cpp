@@ -21,10 +21,10 @@ fs::path partial_folder(const fs::path& out, const RunId& id) {
 
 std::string broken_key(const std::string& key) { return "broken " + key; }
 
-void keep_run(const RunSummary& summary, const std::string& key, const fs::path& out, bool alone) {
+void keep_run(const RunSummary& summary, const std::string& key, const fs::path& out, MachineUse use) {
   const RunId id = {summary.stack, summary.seed};
   const fs::path partial = partial_folder(out, id), folder = run_folder(out, id);
-  write_summary(partial, summary, key, alone);
+  write_summary(partial, summary, key, use == MachineUse::exclusive);
   if (!disk().sync_folder(partial)) fail_with_errno("cannot write " + partial.string());
   replace_folder(partial, folder);
   (void)disk().sync_folder(folder.parent_path());  // if the rename is lost by a power failure, the run is raced again

@@ -17,9 +17,13 @@ std::filesystem::path partial_folder(const std::filesystem::path& out, const Run
 /// raced again by the next call.
 std::string broken_key(const std::string& key);
 
+/// Whether other runs may have been driven while this one was; only times measured exclusively are compared.
+enum class MachineUse { shared, exclusive };
+
 /// Writes the summary into the partial folder and puts that in the place of the run's folder, if there is one already.
-/// `alone`: as in RunTiming. These three throw std::runtime_error with the system's reason.
-void keep_run(const RunSummary& summary, const std::string& key, const std::filesystem::path& out, bool alone = false);
+/// These three throw std::runtime_error with the system's reason.
+void keep_run(const RunSummary& summary, const std::string& key, const std::filesystem::path& out,
+              MachineUse use = MachineUse::shared);
 
 /// Makes the folder of a run that was not driven because it would equal `driven` to the last bit: a summary alone.
 void keep_copied_run(const RunResult& driven, std::uint64_t seed, const std::string& key,

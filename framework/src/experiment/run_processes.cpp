@@ -79,7 +79,8 @@ void RunProcesses::start(const RunId& id, const std::string& key, std::size_t sl
   const pid_t parent = getpid(), pid = fork_process();
   if (pid == 0) {
     mark_.put_on();
-    run_as_process(race_, id, key, out_, {limits_.memory_mb, limits_.one_at_a_time, parent}, &progress_[slot]);
+    const MachineUse use = limits_.one_at_a_time ? MachineUse::exclusive : MachineUse::shared;
+    run_as_process(race_, id, key, out_, {limits_.memory_mb, use, parent}, &progress_[slot]);
   }
   setpgid(pid, pid);
   children_[pid] = {id, key, slot, Clock::now(), {}, {}};

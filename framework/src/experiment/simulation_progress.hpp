@@ -8,7 +8,7 @@
 
 namespace gripline {
 
-/// One of `count` parts of the work, as the callback is told of it. Must outlive the simulations that it follows.
+/// One of `count` parts of the work, as it is reported to the callback. Must outlive the simulations that it follows.
 struct SimulationProgress {
   const ProgressCallback& callback;  // may be empty
   std::size_t index, count;

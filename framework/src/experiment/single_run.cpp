@@ -93,7 +93,7 @@ std::string plugins_of(const RaceSpec& race, const RunId& id) {
 }
 
 RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const fs::path& out_folder,
-                    RunProgress* progress, bool alone) {
+                    RunProgress* progress, MachineUse use) {
   const fs::path out = fs::absolute(out_folder);  // a plugin may change the working folder
   const StackSpec& spec = stack_of(race, id);
   const fs::path partial = partial_folder(out, id);
@@ -107,7 +107,7 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
   std::optional<ProcessState> state(std::in_place);
   const auto keep = [&] {
     const bool broken = summary.status == Status::plugin_error || summary.status == Status::error;
-    keep_run(summary, broken ? broken_key(key) : key, out, alone);
+    keep_run(summary, broken ? broken_key(key) : key, out, use);
     kept = true;
     if (progress != nullptr) progress->kept.store(true);
   };
@@ -160,7 +160,7 @@ void run_as_process(const RaceSpec& race, const RunId& id, const std::string& ke
     try {
       fs::create_directories(partial_folder(out, id));
       redirect_streams(partial_folder(out, id) / run_files::log);
-      run_here(race, id, key, out, progress, setup.alone);
+      run_here(race, id, key, out, progress, setup.use);
     } catch (const std::bad_alloc&) {
       why = "ran out of memory" + describe_place(progress->last);
     } catch (const std::exception& e) {

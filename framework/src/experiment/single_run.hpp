@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <string>
 
+#include "experiment/run_folder.hpp"
 #include "experiment/run_key.hpp"
 #include "plugin/guard.hpp"
 #include "race/metrics.hpp"
@@ -27,16 +28,16 @@ struct RunProgress {
 /// Exit code of a run's process that could not even write a summary.
 inline constexpr int run_lost = 4;
 
-/// Races in this process, its files under OUT/<stack>/<seed>/. `progress` may be null; `alone`: no other run is driven
-/// until this one ends. A plugin's failure is in the summary; throws std::runtime_error when files cannot be written.
+/// Races in this process, its files under OUT/<stack>/<seed>/. `progress` may be null. A plugin's failure is
+/// in the summary; throws std::runtime_error when files cannot be written.
 RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& key, const std::filesystem::path& out,
-                    RunProgress* progress, bool alone = false);
+                    RunProgress* progress, MachineUse use = MachineUse::shared);
 
 /// What a run's process is given.
 struct ProcessSetup {
   std::size_t memory_mb = 0;  // of data that it may have; 0: no limit
-  bool alone = false;         // no other run is driven until it ends
-  pid_t parent = 0;           // it ends when its parent does
+  MachineUse use = MachineUse::shared;
+  pid_t parent = 0;  // it ends when its parent does
 };
 
 /// run_here() as the body of a process that was forked from its parent: its output goes to log.txt in the run's folder.

@@ -14,7 +14,7 @@ struct EdgeSides {
   double distance = 0.0;   ///< mean, from one edge to the other
   double left = 0.0;       ///< mean distance of the other edge to the left of this one
   double along = 0.0;      ///< mean cosine between the directions of the two edges
-  std::size_t anchor = 0;  ///< a point whose nearest place on the other edge is surely across the road
+  std::size_t anchor = 0;  ///< a point whose nearest place on the other edge is certainly across the road
   double beside = 0.0;     ///< the station of that place on the other edge
 };
 EdgeSides compare_edges(const ClosedPolyline& edge, const ClosedPolyline& other);

@@ -17,7 +17,7 @@ struct Smoothed {
 /// widths. Throws GeometryError without widths.
 Smoothed smooth(RoadTable& road, double tolerance);
 
-/// The tolerance with which smooth() would make a sound road of one that is none [m]; 0: no tolerance would.
+/// The tolerance with which smooth() would make a sound road of one that is not [m]; 0: no tolerance would.
 double helpful_tolerance(const RoadTable& road);
 
 }  // namespace gripline

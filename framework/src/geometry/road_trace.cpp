@@ -67,7 +67,7 @@ std::vector<std::string> check_other_columns(const fs::path& file, const CsvTabl
     others += (others.empty() ? "" : ",") + name;  // places and heights may be there under two names
   }
   if (others.empty()) return {};
-  return {"columns that are left out: " + harmless(others)};
+  return {"columns that are left out: " + escape_control(others)};
 }
 
 /// What a GPX file says of its points: each point's place, height where all have one.
@@ -85,10 +85,10 @@ class GpxReader {
     try {
       boost::property_tree::read_xml(text, tree);
     } catch (const boost::property_tree::xml_parser_error& error) {
-      refuse(file_, static_cast<int>(error.line()), "is no XML: " + error.message());
+      refuse(file_, static_cast<int>(error.line()), "is not XML: " + error.message());
     }
     const auto root = tree.get_child_optional("gpx");
-    if (!root) refuse(file_, 0, "is no GPX file: its first element is not <gpx>");
+    if (!root) refuse(file_, 0, "is not a GPX file: its first element is not <gpx>");
     trace_.on_earth = true;
     for (const auto& [outer, inner, point] : {std::array{"trk", "trkseg", "trkpt"}, std::array{"", "rte", "rtept"}}) {
       if (!trace_.points.empty()) break;
@@ -165,7 +165,7 @@ class GpxReader {
     const auto latitude = place.get_optional<double>("<xmlattr>.lat");
     const auto longitude = place.get_optional<double>("<xmlattr>.lon");
     if (!latitude || !longitude) {
-      const auto text = [&](const char* name) { return harmless(place.get<std::string>(name, "")); };
+      const auto text = [&](const char* name) { return escape_control(place.get<std::string>(name, "")); };
       refuse(file_, line,
              "point " + std::to_string(read_) + " has lat=\"" + text("<xmlattr>.lat") + "\" lon=\"" +
                  text("<xmlattr>.lon") + "\"; expected numbers, with '.' as the decimal sign");
@@ -186,7 +186,7 @@ class GpxReader {
     words >> text;
     if (text.empty() || text == "nan" || text == "NaN") return not_a_number;
     refuse(file_, line,
-           "point " + std::to_string(read_) + " has the height \"" + harmless(place.get<std::string>("ele")) +
+           "point " + std::to_string(read_) + " has the height \"" + escape_control(place.get<std::string>("ele")) +
                "\"; expected a number of metres without its unit, with '.' as the decimal sign");
   }
   /// Points without a height: between their neighbours if they are few.
@@ -246,7 +246,7 @@ RoadTrace read_csv_trace(const fs::path& file) {
   if (!x || !y) {
     std::string names;
     for (const std::string& name : table.header) names += (names.empty() ? "" : ",") + name;
-    refuse(file, 1, "expected columns x_m,y_m or lat,lon; found " + harmless(names));
+    refuse(file, 1, "expected columns x_m,y_m or lat,lon; found " + escape_control(names));
   }
   const auto height = column(table, {"z_m", "z", "ele", "elevation", "alt", "altitude"}, used);
   const auto right = column(table, {"w_tr_right_m"}, used), left = column(table, {"w_tr_left_m"}, used);

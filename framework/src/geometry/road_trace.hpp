@@ -24,7 +24,7 @@ struct RoadTrace {
 /// world's road, and else left out: loggers have many. Throws InputError with file, line and column.
 RoadTrace read_csv_trace(const std::filesystem::path& file);
 /// Track points of a GPX file, else its route points. Where a tenth of the points or less have no height, it is
-/// interpolated; where more have none, heights are left out. Throws InputError, also where a height is no number.
+/// interpolated; where more have none, heights are left out. Throws InputError, also where a height is not a number.
 RoadTrace read_gpx_trace(const std::filesystem::path& file);
 
 /// Where places on the earth are in the plane that touches the WGS 84 ellipsoid at `origin` (longitude, latitude).

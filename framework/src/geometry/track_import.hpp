@@ -28,7 +28,7 @@ struct EdgePoints {
   std::vector<double> heights;
   std::string remark = {};      ///< what was changed of the heights
   std::vector<int> lines = {};  ///< of the points in their file
-  /// Columns x_m,y_m[,z_m]. A last row that repeats the first at another height tells how far heights drifted in the
+  /// Columns x_m,y_m[,z_m]. A last row that repeats the first at another height shows how far heights drifted in the
   /// lap: that is evened out along the way, beyond 0.5 % of the length refused.
   static EdgePoints from_table(const CsvTable& table);
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "config/node.hpp"
 #include "limit/envelope_car.hpp"
@@ -48,11 +49,13 @@ std::unique_ptr<LapCar> car_of(const WorldSpec& spec, const LapCase& of) {
 
 }  // namespace
 
-LapLimit find_lap_limit(const WorldSpec& spec, const LapCase& of, Lap* lap, LapMesh* mesh) {
-  return find_lap_limit(spec, *car_of(spec, of), of, lap, mesh);
+LapLimit find_lap_limit(const WorldSpec& spec, const LapCase& of) { return find_fastest_lap(spec, of).limit; }
+
+FastestLap find_fastest_lap(const WorldSpec& spec, const LapCase& of) {
+  return find_fastest_lap(spec, *car_of(spec, of), of);
 }
 
-LapLimit find_lap_limit(const WorldSpec& spec, const LapCar& plant, const LapCase& of, Lap* lap, LapMesh* mesh_out) {
+FastestLap find_fastest_lap(const WorldSpec& spec, const LapCar& plant, const LapCase& of) {
   const Track& track = *spec.track;
   const std::vector<StartingLine> lines = starting_lines(track, spec.car.car);
   std::vector<double> stations = stations_on(track, lines.front(), plant, coarse_nodes(spec));
@@ -60,7 +63,7 @@ LapLimit find_lap_limit(const WorldSpec& spec, const LapCar& plant, const LapCas
   LapMesh mesh = make_mesh(track, std::move(stations));
   Lap best;
   for (const StartingLine& line : lines) {
-    const Lap found = solve_lap({plant, mesh, of.body}, drive_along(track, mesh, line, plant), false);
+    const Lap found = solve_lap({plant, mesh, of.body}, drive_along(track, mesh, line, plant), LapStart::cold);
     if (found.solved && (!best.solved || found.time < best.time)) best = found;
   }
   const std::string where = " at friction factor " + number_text(of.factor);
@@ -69,18 +72,14 @@ LapLimit find_lap_limit(const WorldSpec& spec, const LapCar& plant, const LapCas
   for (int i = 0; i < most_refinements; ++i) {
     mesh = halved(track, mesh);
     const LapProblem problem{plant, mesh, of.body};
-    Lap finer = solve_lap(problem, halved(best), true);
-    if (!finer.solved) finer = solve_lap(problem, halved(best), false);
+    Lap finer = solve_lap(problem, halved(best), LapStart::warm);
+    if (!finer.solved) finer = solve_lap(problem, halved(best), LapStart::cold);
     if (!finer.solved) throw std::runtime_error("lost the time-optimal lap on a finer mesh" + where);
     limit.error_s = std::abs(finer.time - best.time);
     best = std::move(finer);
     limit.lap_s = best.time;
     limit.nodes = static_cast<int>(mesh.size());
-    if (limit.error_s <= lap_limit_tolerance * limit.lap_s) {
-      if (lap != nullptr) *lap = best;
-      if (mesh_out != nullptr) *mesh_out = mesh;
-      return limit;
-    }
+    if (limit.error_s <= lap_limit_tolerance * limit.lap_s) return {limit, std::move(best), std::move(mesh)};
   }
   throw std::runtime_error("time-optimal laps on two meshes still differ by " + number_text(limit.error_s) + " s" +
                            where);

@@ -364,7 +364,7 @@ class LapNlp final : public Ipopt::TNLP {
 
 }  // namespace
 
-Lap solve_lap(const LapProblem& problem, const Lap& guess, bool warm, int max_iterations) {
+Lap solve_lap(const LapProblem& problem, const Lap& guess, LapStart start, int max_iterations) {
   const Ipopt::SmartPtr<LapNlp> nlp = new LapNlp(problem, guess);
   const Ipopt::SmartPtr<Ipopt::IpoptApplication> app = IpoptApplicationFactory();
   Ipopt::OptionsList& options = *app->Options();
@@ -374,7 +374,7 @@ Lap solve_lap(const LapProblem& problem, const Lap& guess, bool warm, int max_it
   options.SetIntegerValue("max_iter", max_iterations);
   options.SetNumericValue("tol", 1e-6);
   options.SetNumericValue("acceptable_tol", 1e-4);
-  if (warm) {
+  if (start == LapStart::warm) {
     options.SetNumericValue("mu_init", 1e-4);
     options.SetNumericValue("bound_push", 1e-6);
     options.SetNumericValue("bound_frac", 1e-6);

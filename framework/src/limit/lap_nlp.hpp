@@ -28,8 +28,11 @@ struct LapProblem {
   double smoothness = 1e-4;  ///< the weight w
 };
 
-/// `warm`: the guess is near a solution. Stops on iterations, never on time.
-Lap solve_lap(const LapProblem& problem, const Lap& guess, bool warm, int max_iterations = 600);
+/// How far the guess is from a solution: of a warm start it is near one.
+enum class LapStart { cold, warm };
+
+/// Stops on iterations, never on time.
+Lap solve_lap(const LapProblem& problem, const Lap& guess, LapStart start, int max_iterations = 600);
 
 /// Offset from the centre line, of curvature kappa, of the point that lies (forward, left) in the axes of a car at
 /// offset n and heading xi relative to the line: exact on arcs and straights. [m]

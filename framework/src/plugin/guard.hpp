@@ -23,7 +23,7 @@
 
 namespace gripline {
 
-/// A plugin threw, or returned something that is no number: the run ends with status plugin_error.
+/// A plugin threw, or returned something that is not a number: the run ends with status plugin_error.
 class PluginFailure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -74,7 +74,7 @@ struct LastCall {
   }
 };
 
-/// Where guard() notes each call, in memory shared with the waiting process; null: nowhere. A process runs one race.
+/// Where guard() notes each call, in memory shared with the waiting process; null: not at all. A process runs one race.
 inline LastCall*& last_call() {
   static LastCall* place = nullptr;
   return place;

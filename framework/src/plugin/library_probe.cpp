@@ -37,7 +37,7 @@ std::string file_problem(const fs::path& library) {
   std::error_code failed;
   const fs::file_status status = fs::status(library, failed);
   if (!fs::is_regular_file(status))
-    return fs::exists(status) ? "is no file: a pipe, a device or a folder" : "cannot be read: " + failed.message();
+    return fs::exists(status) ? "is not a file: a pipe, a device or a folder" : "cannot be read: " + failed.message();
   std::string symbol;
   try {
     symbol = symbol_in(library);
@@ -46,7 +46,7 @@ std::string file_problem(const fs::path& library) {
   }
   // A stripped library (packages strip theirs) lists no symbols here, but the loader finds them.
   if (symbol.empty() || symbol == manifest_symbol_name()) return {};
-  return "built for plugin ABI " + harmless(symbol.substr(symbol_stem.size())) + ", this gripline has ABI " +
+  return "built for plugin ABI " + escape_control(symbol.substr(symbol_stem.size())) + ", this gripline has ABI " +
          std::to_string(abi::number) + "; rebuild the plugin against the installed headers";
 }
 
@@ -55,7 +55,7 @@ std::string opened_problem(const fs::path& library) {
   void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
     const char* const text = dlerror();
-    return text != nullptr ? harmless(text) : "unknown reason";
+    return text != nullptr ? escape_control(text) : "unknown reason";
   }
   const auto* const manifest = static_cast<const abi::Manifest*>(dlsym(handle, manifest_symbol_name().c_str()));
   return manifest == nullptr ? "is not a gripline plugin: it has no symbol " + manifest_symbol_name()
@@ -75,16 +75,16 @@ bool same_slots(const abi::detail::Chain<T, Rest...>& a, const abi::detail::Chai
   return same_slots(a.rest, b.rest);
 }
 
-bool is_plain(const char* text) { return text != nullptr && *text != '\0' && harmless(text) == text; }
+bool is_plain(const char* text) { return text != nullptr && *text != '\0' && escape_control(text) == text; }
 
 /// What is wrong with one declared parameter.
 std::string param_problem(const abi::ParamDecl& p) {
   if (!is_plain(p.name)) return "a parameter without a plain name";
   const std::string name = "the parameter \"" + std::string(p.name) + "\"";
   if (p.unit == nullptr || p.doc == nullptr) return name + " without a unit or a description";
-  if (p.type > abi::ParamType::table) return name + " of no known type";
-  if (p.type == abi::ParamType::choice && p.choices == nullptr) return name + " that is a choice among nothing";
-  if (!(p.lo <= p.hi) || std::isnan(p.default_value)) return name + " with a range or a default that is no number";
+  if (p.type > abi::ParamType::table) return name + " of an unknown type";
+  if (p.type == abi::ParamType::choice && p.choices == nullptr) return name + " that is a choice without options";
+  if (!(p.lo <= p.hi) || std::isnan(p.default_value)) return name + " with an invalid range or default";
   // Such numbers become ints, here and in the plugin. Whoever builds with the SDK's headers is told by the compiler.
   const auto is_int = [](double value) {
     return value >= std::numeric_limits<int>::min() && value <= std::numeric_limits<int>::max();
@@ -95,21 +95,21 @@ std::string param_problem(const abi::ParamDecl& p) {
   try {
     (void)Unit::parse(p.unit);
   } catch (const UnitError& error) {
-    return name + " with a unit that is none: " + error.what();
+    return name + " with an invalid unit: " + error.what();
   }
   return {};
 }
 
 std::string decl_problem(const abi::PluginDecl& decl) {
-  if (decl.kind > abi::Kind::plant) return "declares a plugin of no known kind";
+  if (decl.kind > abi::Kind::plant) return "declares a plugin of an unknown kind";
   if (!is_plain(decl.id))
     return "declares a plugin whose id is " +
-           (decl.id == nullptr || *decl.id == '\0' ? "empty" : "no plain text: \"" + harmless(decl.id) + "\"");
+           (decl.id == nullptr || *decl.id == '\0' ? "empty" : "not plain text: \"" + escape_control(decl.id) + "\"");
   const std::string who = std::string(kind_name(decl.kind)) + " \"" + decl.id + "\" is declared with ";
   if (decl.version == nullptr || decl.summary == nullptr || decl.advice == nullptr)
     return who + "no version, no summary or no advice";
   if (decl.create == nullptr || decl.destroy == nullptr) return who + "no constructor or no destructor";
-  if (decl.params == nullptr && decl.param_count > 0) return who + "parameters that are nowhere";
+  if (decl.params == nullptr && decl.param_count > 0) return who + "a null parameter array";
   for (const abi::ParamDecl& param : std::span(decl.params, decl.param_count))
     if (const std::string problem = param_problem(param); !problem.empty()) return who + problem;
   return {};
@@ -124,13 +124,13 @@ std::string manifest_problem(const abi::Manifest& manifest) {
   if (manifest.abi != abi::number)
     return "states plugin ABI " + std::to_string(manifest.abi) + ", this gripline has ABI " +
            std::to_string(abi::number) + rebuild;
-  const std::string builder = harmless(manifest.compiler != nullptr ? manifest.compiler : "an unknown compiler");
+  const std::string builder = escape_control(manifest.compiler != nullptr ? manifest.compiler : "an unknown compiler");
   if (manifest.size != sizeof(abi::Manifest) || manifest.layout_hash != abi::layout_hash())
     return "its types (built by " + builder + ") differ from this gripline's" + rebuild;
   if (manifest.virtual_slots == nullptr ||
       !same_slots(*static_cast<const decltype(abi::virtual_slots)*>(manifest.virtual_slots), abi::virtual_slots))
     return "its virtual functions (built by " + builder + ") stand in another order than this gripline's" + rebuild;
-  if (manifest.plugins == nullptr && manifest.plugin_count > 0) return "its plugins are nowhere";
+  if (manifest.plugins == nullptr && manifest.plugin_count > 0) return "its plugin array is null";
   for (const abi::PluginDecl& decl : std::span(manifest.plugins, manifest.plugin_count))
     if (const std::string problem = decl_problem(decl); !problem.empty()) return problem;
   return {};

@@ -21,7 +21,7 @@ struct RunSummary {
   bool needs_truth = false;
   std::vector<double> laps, lap_mean_factors;  // [s], [-]
   std::optional<double> mean_deviation_m;      // empty if the planner follows no line
-  std::optional<double> hilly_deviation_m;     // mean_deviation_m where the road is steeper than 3 %; empty if nowhere
+  std::optional<double> hilly_deviation_m;     // mean_deviation_m where the road is steeper than 3 %; empty if none
   double violation_s = 0, violation_body_s = 0;
   std::optional<double> violation_after_adapt_s, violation_body_after_adapt_s;
   /// Root mean square of the estimated total mu against mu_true over every step at which the stack trusts what it

@@ -117,7 +117,7 @@ std::string Simulation::why(Status ended) const {
     case Status::crashed:
       return "hit the wall at s = " + tenths(world_.place().s) + " m with " + tenths(std::hypot(x.vx, x.vy)) + " m/s";
     case Status::stuck:
-      return "stands at s = " + tenths(world_.place().s) + " m since " + tenths(end_.moved_at()) + " s";
+      return "stationary at s = " + tenths(world_.place().s) + " m since " + tenths(end_.moved_at()) + " s";
     case Status::timeout:
       return "still driving after " + number_text(world_.spec().timeout) + " s";
     default:

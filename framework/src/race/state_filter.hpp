@@ -4,7 +4,7 @@
 //   predict   x- = f(x+, u),  P- = A P+ A' + Q        f, A: one step of the model with its exact derivative
 //   update    per channel i: k = P e_i / (P_ii + sigma_i^2),  x += k (z_i - x_i),  P -= k e_i' P
 //
-// A channel that is read less often than the car is controlled is taken in once per reading: held, it is none of now.
+// A channel that is read less often than the car is controlled is taken in once per reading: held, it is an old one.
 // Sensors with delays are refused (check_sensors in stack.hpp): each would need the state of another moment.
 //
 // Q is what the model may be wrong in a step: drift_i dt in each velocity. A reading further than three standard

@@ -112,7 +112,8 @@ std::string read_whole_file(const std::filesystem::path& file) {
   const std::filesystem::file_status status = std::filesystem::status(file, failed);
   if (status.type() == std::filesystem::file_type::not_found) return {};
   // Opening a pipe would block until another process writes to it.
-  if (!std::filesystem::is_regular_file(status)) throw InputError(file.string() + ": cannot be read: is no file");
+  if (!std::filesystem::is_regular_file(status))
+    throw InputError(file.string() + ": cannot be read: not a regular file");
   if (std::filesystem::file_size(file, failed) > most_bytes)
     throw InputError(file.string() + ": is larger than 1 GB; no run of ours writes that");
   std::ifstream in(file, std::ios::binary | std::ios::ate);

@@ -40,7 +40,7 @@ class Columns {
   std::size_t rows_ = 0;
 };
 
-/// The whole file, or nothing if there is none. Throws InputError naming the file if it cannot be read.
+/// The whole file; empty if there is none. Throws InputError naming the file if it cannot be read.
 std::string read_whole_file(const std::filesystem::path& file);
 
 }  // namespace gripline::report

@@ -1,7 +1,6 @@
 #include "report/html.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "report/packing.hpp"
 #include "util/numbers.hpp"
@@ -24,9 +23,7 @@ constexpr const char* style =
 
 }  // namespace
 
-double number_of(const json& value) {
-  return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
+double number_of(const json& value) { return value.is_number() ? value.get<double>() : not_a_number; }
 
 double number_in(const json& object, const char* key) {
   const auto found = object.find(key);

@@ -14,10 +14,10 @@ double number_in(const nlohmann::json& object, const char* key);
 const nlohmann::json& list_of(const nlohmann::json& object, const char* key);
 std::string text_of(const nlohmann::json& object, const char* key);
 
-/// Four significant digits; a dash for what is no number.
+/// Four significant digits; a dash for what is not a number.
 std::string short_number(double value);
 std::string html_table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows);
-/// A part of the page that is closed until somebody opens it; nothing where there is nothing inside.
+/// A part of the page that is closed until somebody opens it; empty where it has no content.
 std::string html_folded(const std::string& title, const std::string& inside);
 /// The page up to its first heading.
 std::string html_begin(const std::string& title);

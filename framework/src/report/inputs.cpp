@@ -41,7 +41,7 @@ void require_folder_name(const fs::path& table, std::size_t row, const std::stri
   const bool plain = name.find('/') == name.npos && name.find('\0') == name.npos && name != "." && name != "..";
   if (!plain || name.size() > longest)
     throw InputError(table.string() + ": row " + std::to_string(row + 1) + ": " + Node(name).describe() +
-                     " is no folder's name; the table was edited, compare writes it anew");
+                     " is not a folder's name; the table was edited, compare writes it again");
 }
 
 std::vector<fs::path> folders_in(const fs::path& folder) {

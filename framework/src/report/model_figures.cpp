@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <set>
@@ -8,6 +7,7 @@
 
 #include "report/figures.hpp"
 #include "report/plot.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::report {
 namespace {
@@ -107,8 +107,7 @@ std::vector<FigureFile> validation(const Inputs& inputs) {
 std::vector<double> numbers(const nlohmann::json& object, const char* key) {
   std::vector<double> out;
   if (!object.is_object() || !object.contains(key) || !object[key].is_array()) return out;
-  for (const nlohmann::json& value : object[key])
-    out.push_back(value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN());
+  for (const nlohmann::json& value : object[key]) out.push_back(value.is_number() ? value.get<double>() : not_a_number);
   return out;
 }
 

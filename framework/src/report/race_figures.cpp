@@ -14,6 +14,7 @@
 #include "report/plot.hpp"
 #include "report/series.hpp"
 #include "report/tables.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::report {
 namespace {
@@ -130,7 +131,7 @@ void add_trail(std::vector<Series>& out, const RunSeries& d, double low, double 
     const bool on = outside[i] >= 0.5;
     any |= on;
     bad.x.push_back(x[i]);
-    bad.y.push_back(on ? y[i] : std::numeric_limits<double>::quiet_NaN());
+    bad.y.push_back(on ? y[i] : not_a_number);
   }
   bad.label = "outside the track";
   if (any) out.push_back(std::move(bad));
@@ -180,8 +181,9 @@ FigureFile over_time(const std::vector<RunSeries>& runs) {
   return {"speed.svg", draw_panels("Speed", {panel}, 1, 900, 320)};
 }
 
-std::vector<double> interpolated(std::span<const double> at, const std::vector<double>& x,
-                                 const std::vector<double>& y) {
+/// y at the times `at`: each the last sample by then, before the first one that one.
+std::vector<double> sample_and_hold(std::span<const double> at, const std::vector<double>& x,
+                                    const std::vector<double>& y) {
   std::vector<double> out;
   for (const double t : at) {
     const auto i = static_cast<std::size_t>(std::upper_bound(x.begin(), x.end(), t) - x.begin());
@@ -200,7 +202,7 @@ FigureFile friction(const std::vector<RunSeries>& runs) {
     Series band;
     band.kind = Series::Kind::band;
     band.x.assign(t.begin(), t.end());
-    band.y = band.high = interpolated(t, d.at("t"), d.at("mu_belief"));
+    band.y = band.high = sample_and_hold(t, d.at("t"), d.at("mu_belief"));
     for (std::size_t i = 0; i < t.size(); ++i) {
       band.y[i] -= d.mu_sigma[i];
       band.high[i] += d.mu_sigma[i];
@@ -231,7 +233,7 @@ struct Curve {
 };
 Curve last_curve(const Columns& tyres, const char* axle) {
   Curve curve;
-  double last = std::numeric_limits<double>::quiet_NaN();
+  double last = not_a_number;
   for (std::size_t i = 0; i < tyres.rows(); ++i) {
     if (tyres.text("axle", i) != axle) continue;
     if (tyres.number("t_s", i) != last) curve = Curve();
@@ -385,7 +387,7 @@ FigureFile laps(const Inputs& inputs) {
                    {inputs.table.number(columns[lap] + "_lo", row), inputs.table.number(columns[lap] + "_hi", row)},
                    series_colour(row));
       limit.x.insert(limit.x.end(), {x - 0.42 * width, x + 0.42 * width, x});
-      limit.y.insert(limit.y.end(), {time / ratio, time / ratio, std::numeric_limits<double>::quiet_NaN()});
+      limit.y.insert(limit.y.end(), {time / ratio, time / ratio, not_a_number});
     }
     s.colour = series_colour(row);
     s.label = label_of(inputs.stacks[stack_of_row(inputs, row)]);

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "report/html.hpp"
 #include "report/packing.hpp"
 #include "report/plot.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::report {
 namespace {
@@ -105,7 +105,7 @@ std::string parallel_figure(const json& data) {
         high[i] = std::max(high[i], line[i].get<double>());
       }
   const auto share = [&](const json& value, std::size_t axis) {
-    if (!value.is_number()) return std::numeric_limits<double>::quiet_NaN();
+    if (!value.is_number()) return not_a_number;
     return high[axis] > low[axis] ? (value.get<double>() - low[axis]) / (high[axis] - low[axis]) : 0.5;
   };
   Panel panel;

@@ -4,11 +4,11 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline {
 namespace {
@@ -48,7 +48,7 @@ void split(std::string_view line, std::vector<std::string_view>& cells) {
 
 double parse(const std::filesystem::path& file, const CsvLine& line, std::string_view cell, bool allow_missing) {
   const bool missing = cell.empty() || cell == "nan" || cell == "NaN";
-  if (missing && allow_missing) return std::numeric_limits<double>::quiet_NaN();
+  if (missing && allow_missing) return not_a_number;
   double number = 0.0;
   const char* const end = cell.data() + cell.size();
   // std::from_chars knows no '+'.

@@ -69,11 +69,11 @@ double at_time(const std::vector<FrictionSpec::PointInTime>& points, double t, d
   return from.factor + (t - from.t) / (next->t - from.t) * (next->factor - from.factor);
 }
 
-/// Whether a shift is no whole number of control steps although steps are counted.
+/// Whether a shift is not a multiple of the control step although steps are counted.
 std::string check_shift(const FrictionSpec& spec, double shift, double dt) {
   if (!spec.per_step || std::abs(std::round(shift / dt) * dt - shift) <= 1e-9 * std::max(1.0, std::abs(shift)))
     return {};
-  return format("friction shift_per_seed %g s is no whole number of control steps of %g s", spec.shift_per_seed, dt);
+  return format("friction shift_per_seed %g s is not a multiple of the control step of %g s", spec.shift_per_seed, dt);
 }
 
 }  // namespace

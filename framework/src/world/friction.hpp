@@ -35,14 +35,14 @@ struct FrictionSpec {
 
 /// One line saying why the schedule makes no sense; empty if it does. `track_length` 0 leaves stations unchecked.
 std::string check_friction(const FrictionSpec& spec, double track_length = 0.0);
-/// One line saying that shift_per_seed is no whole number of control steps although steps are counted; empty if it is.
+/// One line saying that shift_per_seed is not a multiple of the control step although steps are counted; else empty.
 std::string check_shift_per_seed(const FrictionSpec& spec, double dt);
 
 class FrictionSchedule {
  public:
   /// Fresh everywhere and always.
   FrictionSchedule() = default;
-  /// Throws std::invalid_argument with check_friction's line, or if the seed's shift is no whole number of control
+  /// Throws std::invalid_argument with check_friction's line, or if the seed's shift is not a whole number of control
   /// steps although steps are counted.
   FrictionSchedule(FrictionSpec spec, double dt, std::uint64_t seed = 1);
 

@@ -14,12 +14,12 @@ int whole_steps(double time, double dt, const Node& node, const char* what, Erro
   const double steps = time / dt;
   if (!(steps <= most_steps)) {
     errors.add(node.origin, std::string(what) + " is longer than " + number_text(most_steps * dt) +
-                                " s, a million control steps of " + number_text(dt) + " s, which is the most there is");
+                                " s, a million control steps of " + number_text(dt) + " s, the longest allowed");
     return 1;
   }
   const double whole = std::round(steps);
   if (std::abs(steps - whole) > 1e-6 * std::max(1.0, steps)) {
-    errors.add(node.origin, std::string(what) + " is no whole number of control steps of " + number_text(dt) +
+    errors.add(node.origin, std::string(what) + " is not a multiple of the control step of " + number_text(dt) +
                                 " s; nearest: " + number_text(std::max(1.0, whole) * dt) + " s");
     return 1;
   }

@@ -44,7 +44,7 @@ class World {
   const WorldSpec& spec() const { return spec_; }
 
   /// What acts at an instant: throttle and road wheel angle after the actuators, lateral axle forces [N], and the slip
-  /// angles under that wheel angle [rad]. Of a plant that is a plugin the commands are those given: it tells no others.
+  /// angles under that wheel angle [rad]. Of a plant plugin the commands are those given; no others are known.
   struct Acting {
     double d = 0, delta = 0, force_front = 0, force_rear = 0, slip_front = 0, slip_rear = 0;
   };

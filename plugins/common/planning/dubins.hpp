@@ -16,6 +16,10 @@ namespace gripline::planning {
 struct PlanePose {
   double x = 0, y = 0, yaw = 0;  // [m, m, rad]
 };
+/// A pose on a path, and the path's curvature there [1/m], positive to the left.
+struct PathPoint : PlanePose {
+  double curvature = 0;
+};
 
 /// Three parts from a pose; the arcs' curvature is +-1 / radius.
 class DubinsPath {
@@ -51,13 +55,13 @@ class DubinsPath {
   }
 
   double length() const { return length_[0] + length_[1] + length_[2]; }
-  /// Where the path is after `way` metres, and its curvature there [1/m]; beyond its ends they hold.
-  PlanePose at(double way, double& curvature) const {
-    PlanePose p = from_;
+  /// The path after `way` metres; beyond its ends it stays as it is there.
+  PathPoint at(double way) const {
+    PathPoint p{from_, 0.0};
     double left = std::clamp(way, 0.0, length());
     for (std::size_t i = 0; i < length_.size(); ++i) {
       const double part = std::min(left, length_[i]), k = curvature_[i];
-      curvature = k;
+      p.curvature = k;
       const double yaw = p.yaw + k * part;
       p.x += k == 0.0 ? part * std::cos(p.yaw) : (std::sin(yaw) - std::sin(p.yaw)) / k;
       p.y += k == 0.0 ? part * std::sin(p.yaw) : (std::cos(p.yaw) - std::cos(yaw)) / k;

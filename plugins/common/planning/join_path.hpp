@@ -41,7 +41,7 @@ class JoinPath {
     horizon_ = horizon;
     friction_ = std::max(mu, 0.05) * gravity;
     const RefPoint beside = reference(foot);
-    const Pose2 car = pose(now.x, beside);
+    const Deviation car = deviation(now.x, beside);
     if (active_) active_ = ahead(foot) < way_.length();
     if (far(car, active_ ? way_.at(ahead(foot)) : JoinWay::Offset{}, now.x))
       begin(car, beside, std::hypot(now.x.vx, now.x.vy), reference);
@@ -72,16 +72,17 @@ class JoinPath {
   void forget() { active_ = false; }
 
  private:
-  struct Pose2 {
-    double n = 0, angle = 0;  // from the line, to the left; of the car's course against the line's heading
+  /// Of the car from the line: to its left [m], and of the car's course from the line's heading [rad].
+  struct Deviation {
+    double n = 0, angle = 0;
   };
-  /// A place of the line: room to both edges [m], curvature [1/m], side acceleration that the car has there [m/s2].
-  struct Place {
+  /// A point of the line: room to both edges [m], curvature [1/m], side acceleration that the car has there [m/s2].
+  struct RoadPoint {
     double left = 0, right = 0, kappa = 0, most = 0;
   };
   static constexpr std::size_t places = 48;       // of the line that ways are weighed at, after the first
   static constexpr std::size_t sharpnesses = 12;  // of ways that are weighed
-  using Road = std::array<Place, places + 1>;
+  using Road = std::array<RoadPoint, places + 1>;
   // Shares of the friction: for the bends of a gentle way, and of one back from beside the road; for the bends that
   // speeds are for, beside what the line itself needs; to slow down for them.
   static constexpr double gentle_share = 0.3, back_share = 0.6, bend_share = 0.6, brake_share = 0.6;
@@ -96,14 +97,14 @@ class JoinPath {
   static constexpr double steepest_angle = 1.0;  // of the path against the line [rad]
 
   /// The course where the car moves, sideways too; the heading where it hardly does, or rolls back.
-  Pose2 pose(const State& x, const RefPoint& foot) const {
+  Deviation deviation(const State& x, const RefPoint& foot) const {
     const double sine = std::sin(foot.yaw), cosine = std::cos(foot.yaw);
     const bool moves = x.vx > 0.0 && std::hypot(x.vx, x.vy) > 2 * v_min_;
     const double course = x.yaw + (moves ? std::atan2(x.vy, x.vx) : 0.0);
     return {-sine * (x.x - foot.x) + cosine * (x.y - foot.y),
             std::remainder(course - foot.yaw, 2.0 * std::numbers::pi)};
   }
-  bool far(const Pose2& car, const JoinWay::Offset& from, const State& x) const {
+  bool far(const Deviation& car, const JoinWay::Offset& from, const State& x) const {
     // What the controller takes back within its horizon is not far: offsets of a T^2 / 4, turns of a T / (4 v).
     const double reach = 0.25 * reach_ * friction_ * horizon_;  // [m/s]
     const double near = std::max(1.5 * width_, reach * horizon_);
@@ -115,7 +116,7 @@ class JoinPath {
 
   /// Chooses the way from a car that drives at v, beside a reference of the line.
   template <class Reference>
-  void begin(const Pose2& car, const RefPoint& beside, double v, const Reference& reference) {
+  void begin(const Deviation& car, const RefPoint& beside, double v, const Reference& reference) {
     begin_ = beside.s;
     const double slope = std::tan(std::clamp(car.angle, -steepest_angle, steepest_angle));
     const double share = is_beside_road(car.n, beside) ? back_share : gentle_share, sharpest = lock_share * full_lock_;
@@ -160,7 +161,7 @@ class JoinPath {
     const double n0 = way.at(0).n;
     double sum = 0;
     for (std::size_t i = 0; i < road.size(); ++i) {
-      const Place& p = road[i];
+      const RoadPoint& p = road[i];
       const JoinWay::Offset o = way.at(place(i));
       const double too_near = std::max({0.0, o.n + margin(p.left, n0) - p.left, margin(p.right, -n0) - p.right - o.n});
       const double beside = std::max({0.0, o.n - p.left, -o.n - p.right});

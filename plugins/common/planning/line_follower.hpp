@@ -81,7 +81,7 @@ class LineFollower {
     }
     return hint_ = foot.s;
   }
-  /// To be called after a change of line: a station of the old one is no hint.
+  /// To be called after a change of line: a station of the old one is not a hint.
   void forget() { hint_ = std::numeric_limits<double>::quiet_NaN(); }
 
  private:

@@ -182,9 +182,9 @@ class RecoveryPath {
   /// it exceeds `most`.
   double beside(const DubinsPath& path, double foot, double most) const {
     const double step = beside_step * radius_;
-    double sum = 0.0, hint = foot, curvature = 0.0;
+    double sum = 0.0, hint = foot;
     for (double way = step; way < path.length() && sum < most; way += step) {
-      const PlanePose p = path.at(way, curvature);
+      const PathPoint p = path.at(way);
       hint = line_.project(p.x, p.y, hint).s;
       const LinePoint q = line_.at(hint);
       const double n = -std::sin(q.yaw) * (p.x - q.x) + std::cos(q.yaw) * (p.y - q.y);
@@ -199,19 +199,16 @@ class RecoveryPath {
   }
 
   double distance(const State& x, double way) const {
-    double curvature = 0.0;
-    const PlanePose p = path_.at(way, curvature);
+    const PathPoint p = path_.at(way);
     return std::hypot(x.x - p.x, x.y - p.y);
   }
   double heading_error(const State& x) const {
-    double curvature = 0.0;
-    return std::remainder(x.yaw - path_.at(driven_, curvature).yaw, 2.0 * std::numbers::pi);
+    return std::remainder(x.yaw - path_.at(driven_).yaw, 2.0 * std::numbers::pi);
   }
   /// The place of the way beside the car, near the last one: Newton's method with the curvature left out.
   void follow(const State& x) {
     for (int i = 0; i < foot_steps; ++i) {
-      double curvature = 0.0;
-      const PlanePose p = path_.at(driven_, curvature);
+      const PathPoint p = path_.at(driven_);
       const double ahead = (x.x - p.x) * std::cos(p.yaw) + (x.y - p.y) * std::sin(p.yaw);
       driven_ = std::clamp(driven_ + std::clamp(ahead, -longest_foot_step * radius_, longest_foot_step * radius_), 0.0,
                            path_.length());
@@ -220,11 +217,12 @@ class RecoveryPath {
 
   RefPoint on_path(double way, double s, const Observation& now) const {
     RefPoint r;
-    const PlanePose p = path_.at(way, r.kappa);
+    const PathPoint p = path_.at(way);
     r.s = s;
     r.x = p.x;
     r.y = p.y;
     r.yaw = p.yaw;
+    r.kappa = p.curvature;
     r.left = r.right = free_room;
     r.at = now.at;
     return r;

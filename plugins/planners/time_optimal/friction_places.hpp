@@ -7,7 +7,7 @@
 // the whole road's. While a learner finds the new friction its belief is not sure: that part of the road belongs to the
 // place, if it is short. On the next lap the place is known before the car is there; in it mu(t) is held, and lowered
 // where even less is believed than the place explains. Each lap measures a place anew: where it begins and ends and its
-// grip are those of the last lap that told them otherwise, and it is forgotten when the belief does not fall there any
+// grip are those of the last lap that showed other ones, and it is forgotten when the belief does not fall there any
 // more. A stretch that became slippery while the car was on it is known from there on; when the belief falls to its
 // grip before that, it begins there at once.
 #pragma once

@@ -3,7 +3,7 @@
 //
 //   stuck     for some Newton steps nothing better was found: the window begins again at a larger barrier
 //   stalled   for some time there was no plan: the barrier is raised, again and again
-//   lost      for longer: what the car leaves behind is no start for the next lap
+//   lost      for longer: what the car leaves behind is not a start for the next lap
 //   given up  the window begins again for the car believed, each time later by as much, up to the most; where the
 //             belief has moved, as soon as it is lost, since the car that was solved for is another one
 #pragma once

@@ -121,9 +121,9 @@ class DoubleTrackCar {
   Headings headings(double steer) const;
   PerWheel vertical(const Motion& z, const Held& held) const;
   /// Torque of the engine at an axle [N m].
-  double axle_drive(const Motion& z, const Held& held, bool front) const;
+  double axle_drive(const Motion& z, const Held& held, Axle axle) const;
   /// At each wheel of an axle, before slip control.
-  Torques wheel_torques(const Motion& z, const Held& held, bool front) const;
+  Torques wheel_torques(const Motion& z, const Held& held, Axle axle) const;
   WheelMotion over_ground(const Motion& z, const Heading& heading, std::size_t wheel) const;
   Torques slip_controlled(Torques torques, const WheelMotion& over) const;
   /// Rates of all but spins and slips.
@@ -218,16 +218,16 @@ inline PerWheel DoubleTrackCar::vertical(const Motion& z, const Held& held) cons
 
 // A centre differential of fixed torque split and open differentials at the axles: the engine turns with the mean of
 // the wheels, weighted by their torque.
-inline double DoubleTrackCar::axle_drive(const Motion& z, const Held& held, bool front) const {
+inline double DoubleTrackCar::axle_drive(const Motion& z, const Held& held, Axle axle) const {
   const double mean =
       0.5 * (p_.drive_front * (z.spin[0] + z.spin[1]) + (1.0 - p_.drive_front) * (z.spin[2] + z.spin[3]));
   const double torque = engine_.torque(z.throttle, held.ratio * mean) * held.ratio * held.engaged;
-  return torque * (front ? p_.drive_front : 1.0 - p_.drive_front);
+  return torque * (axle == Axle::front ? p_.drive_front : 1.0 - p_.drive_front);
 }
 
-inline DoubleTrackCar::Torques DoubleTrackCar::wheel_torques(const Motion& z, const Held& held, bool front) const {
-  return {0.5 * axle_drive(z, held, front),
-          0.5 * z.brake * p_.brake_torque * (front ? p_.brake_bias : 1.0 - p_.brake_bias)};
+inline DoubleTrackCar::Torques DoubleTrackCar::wheel_torques(const Motion& z, const Held& held, Axle axle) const {
+  return {0.5 * axle_drive(z, held, axle),
+          0.5 * z.brake * p_.brake_torque * (axle == Axle::front ? p_.brake_bias : 1.0 - p_.brake_bias)};
 }
 
 inline WheelMotion DoubleTrackCar::over_ground(const Motion& z, const Heading& heading, std::size_t wheel) const {
@@ -253,7 +253,7 @@ inline Motion DoubleTrackCar::rates(const Motion& z, const Held& held, double st
   Motion rate;
   const PerWheel Fz = vertical(z, held);
   const Headings heading = headings(z.steer);
-  const Torques torques[2] = {wheel_torques(z, held, true), wheel_torques(z, held, false)};
+  const Torques torques[2] = {wheel_torques(z, held, Axle::front), wheel_torques(z, held, Axle::rear)};
   ForceSum force;
   for (std::size_t i = 0; i < wheels; ++i) {
     const std::size_t axle = i / 2;

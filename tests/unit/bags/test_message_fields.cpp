@@ -131,7 +131,7 @@ TEST(MessageFields, WhatIsNoNumberIsRefused) {
   EXPECT_THAT(why("wheel[3]"), HasSubstr("wheel has 3 elements, counted from 0"));
   EXPECT_THAT(why("wheel[x]"), HasSubstr("expected wheel[0]"));
   EXPECT_THAT(why("wheel["), HasSubstr("expected wheel[0]"));
-  EXPECT_THAT(why("speed[0]"), HasSubstr("speed is no array"));
+  EXPECT_THAT(why("speed[0]"), HasSubstr("speed is not an array"));
   EXPECT_THAT(why("speed.x"), HasSubstr("speed is a number and has no members"));
   EXPECT_THAT(why("wheels[0]"), HasSubstr("it is a car_msgs/Wheel, not a number; its members: index, load, label"));
   EXPECT_THAT(why("wheels[0].yaw"), HasSubstr("no \"yaw\""));

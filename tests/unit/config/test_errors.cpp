@@ -20,12 +20,12 @@ TEST(Errors, AreCollectedToAThousandAndThenCounted) {
 }
 
 TEST(Errors, WordsOfOthersDoNoHarm) {
-  EXPECT_EQ(harmless("plain, größer"), "plain, größer");
-  EXPECT_EQ(harmless("\x1b[2J\n\x7f"), "\\x1b[2J\\x0a\\x7f");
-  EXPECT_EQ(harmless("\xc2\x9b"
-                     "2J \xc3\x9f"),
+  EXPECT_EQ(escape_control("plain, größer"), "plain, größer");
+  EXPECT_EQ(escape_control("\x1b[2J\n\x7f"), "\\x1b[2J\\x0a\\x7f");
+  EXPECT_EQ(escape_control("\xc2\x9b"
+                           "2J \xc3\x9f"),
             "\\x9b2J \xc3\x9f");  // a control of one byte beyond ASCII; ß
-  EXPECT_LT(harmless(std::string(1'000'000, 'x')).size(), 5000u);
+  EXPECT_LT(escape_control(std::string(1'000'000, 'x')).size(), 5000u);
 }
 
 }  // namespace test_errors

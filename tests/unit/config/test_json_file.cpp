@@ -244,12 +244,13 @@ TEST(LoadJson, APartThatIsNotThereIsToldOnceWithTheNearest) {
   };
   const std::string file = " of \"" + root + "/stacks.json\", ";
   EXPECT_EQ(why("stacks.json#/stacks/bst"),
-            "nothing is at /stacks/bst" + file + "/stacks: no \"bst\" there; did you mean \"best\"?");
+            "there is no value at /stacks/bst" + file + "/stacks: no \"bst\" there; did you mean \"best\"?");
   EXPECT_EQ(why("stacks.json#/stack/best"),
-            "nothing is at /stack/best" + file + "the top level: no \"stack\" there; did you mean \"stacks\"?");
+            "there is no value at /stack/best" + file + "the top level: no \"stack\" there; did you mean \"stacks\"?");
   EXPECT_EQ(why("stacks.json#/list/2"),
-            "nothing is at /list/2" + file + "/list: \"2\" is none of its 2 elements, counted from 0");
-  EXPECT_EQ(why("stacks.json#/stacks/best/n/m"), "nothing is at /stacks/best/n/m" + file + "/stacks/best/n: it is 1");
+            "there is no value at /list/2" + file + "/list: \"2\" is not one of its 2 elements, counted from 0");
+  EXPECT_EQ(why("stacks.json#/stacks/best/n/m"),
+            "there is no value at /stacks/best/n/m" + file + "/stacks/best/n: it is 1");
   EXPECT_EQ(why("stacks.json#/stacks/oracle"),
             "\"stacks.json#/stacks/oracle\" holds null, expected an object to extend");
   EXPECT_EQ(why("stacks.json#/list"), "\"stacks.json#/list\" holds an array, expected an object to extend");
@@ -274,7 +275,7 @@ TEST(LoadJson, LongNamesOfFilesAreRefused) {
   const std::string told = "a file's name of 4097 bytes; the longest that is read has 4096";
   EXPECT_THAT(why(std::string(json_limits.name + 1, 'x')), HasSubstr(told));
   EXPECT_THAT(why("b.json#/" + std::string(json_limits.name - 7, 'x')), HasSubstr(told));
-  EXPECT_THAT(why("b.json#/" + std::string(json_limits.name - 8, 'x')), HasSubstr("nothing is at "));
+  EXPECT_THAT(why("b.json#/" + std::string(json_limits.name - 8, 'x')), HasSubstr("there is no value at "));
   EXPECT_THAT(why(std::string(json_limits.name, 'x')), HasSubstr("/extends: \"xxx"));
   Node node(std::string(json_limits.name + 1, 'x'));
   EXPECT_THROW(inline_file(node), InputError);

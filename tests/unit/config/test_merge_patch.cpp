@@ -219,10 +219,9 @@ TEST(Assignment, NothingIsSetBelowANull) {
     apply_assignment(node, "/stacks/none/estimator/params/rate=0.9");
     FAIL() << content_text(node);
   } catch (const InputError& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "--set /stacks/none/estimator/params/rate: /stacks/none/estimator is null, which may take the place of "
-        "what is inherited; nothing is set below it, only it whole: /stacks/none/estimator={...}");
+    EXPECT_STREQ(error.what(),
+                 "--set /stacks/none/estimator/params/rate: /stacks/none/estimator is null, which replaces what is "
+                 "inherited; a key below it cannot be set, only the whole: /stacks/none/estimator={...}");
   }
   EXPECT_EQ(content_text(node), before);
   apply_assignment(node, R"(/stacks/none/estimator={"plugin": "gp"})");

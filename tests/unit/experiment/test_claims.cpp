@@ -111,8 +111,8 @@ TEST(Claims, WhatIsNoClaimIsRefused) {
   EXPECT_THAT(why("elm.violation_s none.violation_s"),
               StartsWith("a claim compares with <, <=, >, >= or ==; found \"elm.violation_s none.violation_s\""));
   EXPECT_THAT(why("elm <= none.violation_s"), HasSubstr("expected stack.column, found \"elm \""));
-  EXPECT_THAT(why("<= none.violation_s"), StartsWith("nothing stands before \"<=\""));
-  EXPECT_THAT(why("elm.violation_s < "), StartsWith("nothing stands after \"<\""));
+  EXPECT_THAT(why("<= none.violation_s"), StartsWith("a value is missing before \"<=\""));
+  EXPECT_THAT(why("elm.violation_s < "), StartsWith("a value is missing after \"<\""));
   EXPECT_THAT(why("elm.violation_s <= 1.05 none.violation_s "),
               StartsWith("a factor stands before \"*\": write 1.05 * none.violation_s"));
   EXPECT_THAT(why("elm.violation_s <= none.violation_s * 2"), HasSubstr("cannot read \"* 2\""));

@@ -22,10 +22,10 @@ namespace fs = std::filesystem;
 
 TEST(OutFolder, IsMadeWithItsParents) {
   const Folder folder;
-  open_out_folder(folder / "a/b", "one", false);
+  open_out_folder(folder / "a/b", "one");
   EXPECT_TRUE(fs::exists(folder / "a/b/experiment.json"));
   fs::create_directory(folder / "empty");
-  EXPECT_NO_THROW(open_out_folder(folder / "empty", "one", false));
+  EXPECT_NO_THROW(open_out_folder(folder / "empty", "one"));
 }
 
 /// What fails before it wrote anything leaves no folder; one that was there, or that holds something, stays.
@@ -33,7 +33,7 @@ TEST(OutFolder, AFailureBeforeAnyResultLeavesNone) {
   const Folder folder;
   const auto fail = [&](const fs::path& out, bool written) {
     try {
-      const OutLock lock = open_out_folder(out, "one", false);
+      const OutLock lock = open_out_folder(out, "one");
       if (written) write_text(out / "runs.csv", "x");
       throw InputError("later");
     } catch (const InputError&) {
@@ -48,65 +48,65 @@ TEST(OutFolder, AFailureBeforeAnyResultLeavesNone) {
   fs::create_directory(folder / "empty");
   fail(folder / "empty", false);
   EXPECT_TRUE(fs::exists(folder / "empty/experiment.json"));
-  open_out_folder(folder / "fine", "one", false);
+  open_out_folder(folder / "fine", "one");
   remove_empty_made_folders();
   EXPECT_TRUE(fs::exists(folder / "fine/experiment.json"));
 }
 
 TEST(OutFolder, TheSameExperimentGoesOn) {
   const Folder folder;
-  open_out_folder(folder / "out", "one", false);
+  open_out_folder(folder / "out", "one");
   write_text(folder / "out/elm/1/summary.json", "{}");
-  open_out_folder(folder / "out", "one", false);
+  open_out_folder(folder / "out", "one");
   EXPECT_TRUE(fs::exists(folder / "out/elm/1/summary.json"));
 }
 
 TEST(OutFolder, AnotherExperimentIsRefusedUnlessForced) {
   const Folder folder;
-  open_out_folder(folder / "out", "one", false);
+  open_out_folder(folder / "out", "one");
   write_text(folder / "out/elm/1/summary.json", "{}");
-  const std::string message = refusal([&] { open_out_folder(folder / "out", "two", false); });
+  const std::string message = refusal([&] { open_out_folder(folder / "out", "two"); });
   EXPECT_THAT(message,
               HasSubstr("out already holds another experiment; choose another --out, or --force to replace it"));
   EXPECT_TRUE(fs::exists(folder / "out/elm/1/summary.json"));
-  open_out_folder(folder / "out", "two", true);
+  open_out_folder(folder / "out", "two", {.force = true});
   EXPECT_FALSE(fs::exists(folder / "out/elm"));
-  EXPECT_NO_THROW(open_out_folder(folder / "out", "two", false));
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "two"));
 }
 
 TEST(OutFolder, AnEditedExperimentGoesOnWhereAnyOfItsRunsStands) {
   const Folder folder;
   const Node one = json(R"({"stacks": {"elm": {"mu": 1}}})"), two = json(R"({"stacks": {"elm": {"mu": 1}, "gp": {}}})");
   EditedExperiment first{&one, [] { return false; }, {}};
-  { open_out_folder(folder / "out", "one", false, &first); }
+  { open_out_folder(folder / "out", "one", {.edited = &first}); }
   EXPECT_TRUE(first.changes.empty());
   write_text(folder / "out/elm/1/summary.json", "{}");
   EditedExperiment other{&two, [] { return false; }, {}};
-  EXPECT_THAT(refusal([&] { open_out_folder(folder / "out", "two", false, &other); }),
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "out", "two", {.edited = &other}); }),
               HasSubstr("already holds another experiment"));
   EditedExperiment edited{&two, [] { return true; }, {}};
-  { open_out_folder(folder / "out", "two", false, &edited); }
+  { open_out_folder(folder / "out", "two", {.edited = &edited}); }
   EXPECT_THAT(edited.changes, testing::ElementsAre("/stacks/gp: new"));
   EXPECT_TRUE(fs::exists(folder / "out/elm/1/summary.json"));
   EditedExperiment again{&two, [] { return true; }, {}};
-  { open_out_folder(folder / "out", "two", false, &again); }
+  { open_out_folder(folder / "out", "two", {.edited = &again}); }
   EXPECT_TRUE(again.changes.empty());
   EditedExperiment forced{&one, [] { return true; }, {}};
-  { open_out_folder(folder / "out", "one", true, &forced); }
+  { open_out_folder(folder / "out", "one", {.force = true, .edited = &forced}); }
   EXPECT_FALSE(fs::exists(folder / "out/elm"));
 }
 
 TEST(OutFolder, ForceOnTheSameExperimentBeginsAgain) {
   const Folder folder;
-  open_out_folder(folder / "out", "one", false);
+  open_out_folder(folder / "out", "one");
   write_text(folder / "out/elm/1/summary.json", "{}");
-  open_out_folder(folder / "out", "one", true);
+  open_out_folder(folder / "out", "one", {.force = true});
   EXPECT_FALSE(fs::exists(folder / "out/elm"));
 }
 
 TEST(OutFolder, ForceTakesOnlyWhatGriplineMakes) {
   const Folder folder;
-  { open_out_folder(folder / "out", "one", false); }
+  { open_out_folder(folder / "out", "one"); }
   const std::vector<std::string> made = {"runs.csv",
                                          "errors.csv",
                                          "ablation.csv",
@@ -129,7 +129,7 @@ TEST(OutFolder, ForceTakesOnlyWhatGriplineMakes) {
   for (const auto* files : {&made, &foreign})
     for (const std::string& file : *files) write_text(folder / ("out/" + file), "x");
   fs::create_directory(folder / "out/empty");
-  { open_out_folder(folder / "out", "two", true); }
+  { open_out_folder(folder / "out", "two", {.force = true}); }
   for (const std::string& file : made) EXPECT_FALSE(fs::exists(folder / ("out/" + file))) << file;
   for (const std::string& file : foreign) EXPECT_TRUE(fs::exists(folder / ("out/" + file))) << file;
   EXPECT_FALSE(fs::exists(folder / "out/train"));
@@ -148,32 +148,32 @@ TEST(OutFolder, ForceTakesAllThatARaceLeaves) {
   const RaceSpec race = read_race("drawn.json", tree, plugins());
   const fs::path out = folder / "out";
   {
-    const OutLock lock = open_out_folder(out, "one", false);
+    const OutLock lock = open_out_folder(out, "one");
     ASSERT_EQ(run_here(race, {"a", 1}, "key", out, nullptr).status, Status::finished);
   }
   ASSERT_TRUE(fs::exists(out / "a/1/draw.json"));
-  { open_out_folder(out, "two", true); }
+  { open_out_folder(out, "two", {.force = true}); }
   EXPECT_FALSE(fs::exists(out / "a"));
 }
 
 TEST(OutFolder, OneAtATime) {
   const Folder folder;
   {
-    const OutLock first = open_out_folder(folder / "out", "one", false);
+    const OutLock first = open_out_folder(folder / "out", "one");
     for (const bool force : {false, true})
-      EXPECT_EQ(refusal([&] { open_out_folder(folder / "out", "one", force); }),
+      EXPECT_EQ(refusal([&] { open_out_folder(folder / "out", "one", {.force = force}); }),
                 (folder / "out").string() +
                     ": another gripline is writing there now; wait for its end or choose another --out");
   }
   EXPECT_FALSE(fs::exists(folder / "out/.lock"));
-  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", false));
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "one"));
 }
 
 /// A lock left by a process that was killed holds nobody up.
 TEST(OutFolder, ALockFileAloneIsNoLock) {
   const Folder folder;
   write_text(folder / "out/.lock", "");
-  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", false));
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "one"));
 }
 
 /// A process is named by its machine, its number and its start: numbers are given again.
@@ -205,12 +205,12 @@ TEST(OutFolder, SeedsAndClaimsDoNotMakeAnotherExperiment) {
 TEST(OutFolder, WhatGriplineDidNotMakeIsNeverEmptied) {
   const Folder folder;
   write_text(folder / "home/thesis.tex", "years of work");
-  EXPECT_THAT(refusal([&] { open_out_folder(folder / "home", "one", false); }),
-              HasSubstr("already holds something else"));
-  EXPECT_THAT(refusal([&] { open_out_folder(folder / "home", "one", true); }),
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "home", "one"); }), HasSubstr("already holds something else"));
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "home", "one", {.force = true}); }),
               HasSubstr("was not made by gripline; --force does not empty it, choose another --out"));
   write_text(folder / "home/experiment.json", "{\"identity\": ");  // somebody else's file of that name
-  EXPECT_THAT(refusal([&] { open_out_folder(folder / "home", "one", true); }), HasSubstr("was not made by gripline"));
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "home", "one", {.force = true}); }),
+              HasSubstr("was not made by gripline"));
   EXPECT_EQ(contents(folder / "home/thesis.tex"), "years of work");
 }
 
@@ -218,23 +218,23 @@ TEST(OutFolder, WhatGriplineDidNotMakeIsNeverEmptied) {
 TEST(OutFolder, HalfAMarkerIsNoObstacle) {
   const Folder folder;
   write_text(folder / "out/experiment.json.partial", "{\"ident");
-  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", false));
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "one"));
   write_text(folder / "out/runs.csv", "stack\n");
   write_text(folder / "out/experiment.json", "");
-  EXPECT_EQ(refusal([&] { open_out_folder(folder / "out", "one", false); }),
+  EXPECT_EQ(refusal([&] { open_out_folder(folder / "out", "one"); }),
             (folder / "out").string() +
                 ": its experiment.json cannot be read; choose another --out, or --force to "
                 "replace what gripline made there");
-  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", true));
+  EXPECT_NO_THROW(open_out_folder(folder / "out", "one", {.force = true}));
   EXPECT_FALSE(fs::exists(folder / "out/runs.csv"));
 }
 
 TEST(OutFolder, AFileIsNoFolder) {
   const Folder folder;
   write_text(folder / "file", "x");
-  EXPECT_THAT(refusal([&] { open_out_folder(folder / "file", "one", true); }),
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "file", "one", {.force = true}); }),
               HasSubstr("file is a file; --out names a folder"));
-  EXPECT_THAT(refusal([&] { open_out_folder(folder / "file/out", "one", false); }), HasSubstr("cannot make"));
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "file/out", "one"); }), HasSubstr("cannot make"));
 }
 
 TEST(OutFolder, TheSceneTellsTheReportWhatItNeeds) {

@@ -121,12 +121,12 @@ TEST(PowerLoss, AFolderThatWasClaimedCanBeClaimedAgain) {
   RecordingDisk recording(folder / "out");
   {
     const ScopedDisk use(recording);
-    open_out_folder(folder / "out", "one", false);
+    open_out_folder(folder / "out", "one");
   }
   for (const Survives survives : all_kinds)
     for (const RecordingDisk::Files& files : recording.all_left(0, survives)) {
       leave(files, folder / "left");
-      EXPECT_EQ(refusal([&] { open_out_folder(folder / "left", "one", false); }), "nothing");
+      EXPECT_EQ(refusal([&] { open_out_folder(folder / "left", "one"); }), "nothing");
     }
 }
 

@@ -83,9 +83,9 @@ TEST_F(RoadFiles, PlacesThatAreThereTwiceAreTold) {
 TEST_F(RoadFiles, WhatIsNoGpxIsRefused) {
   const fs::path file = scratch_ / "bad.gpx";
   write_file(file, "<gpx><trk>");
-  EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("is no XML"));
+  EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("is not XML"));
   write_file(file, "<kml></kml>");
-  EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("is no GPX file"));
+  EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("is not a GPX file"));
   write_file(file, "<gpx></gpx>");
   EXPECT_THAT(refusal([&] { read({file}, {.width = 5}); }), HasSubstr("no track points"));
   write_file(file, "<gpx><trk><trkseg><trkpt lat=\"91\" lon=\"3\"/></trkseg></trk></gpx>");
@@ -109,7 +109,7 @@ TEST_F(RoadFiles, WhatAGpxFileMayHave) {
   EXPECT_THAT(refusal([&] { read({bad}, {.width = 5}); }),
               HasSubstr(":3:1: point 2 has lat=\"1,5\" lon=\"2\"; expected"));
   write_file(bad, "<gpx><!-- ");
-  EXPECT_THAT(refusal([&] { read({bad}, {.width = 5}); }), HasSubstr("is no XML"));
+  EXPECT_THAT(refusal([&] { read({bad}, {.width = 5}); }), HasSubstr("is not XML"));
   write_file(bad, std::string("\xff\xfe<\0g\0", 6));
   EXPECT_THAT(refusal([&] { read({bad}, {.width = 5}); }), HasSubstr("is UTF-16; expected UTF-8"));
   // Elements that only look closed are counted.

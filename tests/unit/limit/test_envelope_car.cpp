@@ -121,9 +121,7 @@ TEST(EnvelopeCar, TurnsAsItIsSteered) {
 /// speed, and the centre line's turns with nothing gained on straights.
 TEST(EnvelopeCar, TimeOptimalLapOfABlackBox) {
   const WorldSpec world = oval();
-  Lap lap;
-  LapMesh mesh;
-  const LapLimit fresh = find_lap_limit(world, {1.0, false, false}, &lap, &mesh);
+  const auto [fresh, lap, mesh] = find_fastest_lap(world, {1.0, false, false});
   EXPECT_LE(fresh.error_s, lap_limit_tolerance * fresh.lap_s);
   const EnvelopeCar car(world, 1.0, false);
   const double side = car.envelope().side.at(25.0, 1.0);
@@ -187,7 +185,7 @@ TEST(EnvelopeCar, LapOfACoveredModelIsNearTheModels) {
   const LapCase fresh{1.0, false, false};
   const EnvelopeCar car(world, measure_envelope(covered, world.car.car, world.dt, fresh.factor), false);
   const double open = find_lap_limit(world, fresh).lap_s;
-  const double shown = find_lap_limit(world, car, fresh).lap_s;
+  const double shown = find_fastest_lap(world, car, fresh).limit.lap_s;
   EXPECT_GT(shown, 0.99 * open);
   EXPECT_LT(shown, 1.08 * open);
 }

@@ -56,9 +56,9 @@ TEST(LapLimit, ThePlantIsTheWorldsAtAFactor) {
 
 class OvalLimit : public testing::Test {
  protected:
-  static LapLimit limit(double factor, bool body, Lap* lap = nullptr, LapMesh* mesh = nullptr) {
+  static LapLimit limit(double factor, bool body) {
     static const WorldSpec world = world_of();
-    return find_lap_limit(world, {factor, body}, lap, mesh);
+    return find_lap_limit(world, {factor, body});
   }
 };
 
@@ -99,9 +99,9 @@ TEST_F(OvalLimit, PatchesMultiplyTheFactorWhereTheyAre) {
 /// The lap is one that the car can drive: the plant, integrated in time under the lap's commands, goes where it says.
 TEST_F(OvalLimit, ItsCommandsDriveIt) {
   static const WorldSpec world = world_of();
-  Lap lap;
-  LapMesh mesh;
-  limit(1.0, false, &lap, &mesh);
+  const FastestLap fastest = find_fastest_lap(world, {1.0, false});
+  const Lap& lap = fastest.lap;
+  const LapMesh& mesh = fastest.mesh;
   const TruePlant plant(world, 1.0);
   const Track& track = *world.track;
   const auto pose = [&](std::size_t k) {

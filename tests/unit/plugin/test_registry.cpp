@@ -188,13 +188,13 @@ TEST(Registry, APipeIsNoLibrary) {
   ASSERT_EQ(mkfifo((folder / "pipe.so").c_str(), 0600), 0);
   const Registry registry({folder.path(), fixture_plugins("spies")});
   ASSERT_EQ(registry.unusable().size(), 1u);
-  EXPECT_EQ(registry.unusable()[0].reason, "is no file: a pipe, a device or a folder");
+  EXPECT_EQ(registry.unusable()[0].reason, "is not a file: a pipe, a device or a folder");
 }
 
 TEST(Registry, WhatADeclarationSaysMustBeWords) {
-  EXPECT_EQ(reason("odd_id"), "declares a plugin whose id is no plain text: \"\\x1b[2J\"");
+  EXPECT_EQ(reason("odd_id"), "declares a plugin whose id is not plain text: \"\\x1b[2J\"");
   EXPECT_EQ(reason("odd_unit"),
-            "effect \"odd_unit\" is declared with the parameter \"a\" with a unit that is none: unknown unit "
+            "effect \"odd_unit\" is declared with the parameter \"a\" with an invalid unit: unknown unit "
             "\"furlong\"");
 }
 

@@ -78,7 +78,7 @@ TEST(Simulation, ACarThatStandsIsStuck) {
   const RunSummary summary = race.run();
   EXPECT_EQ(summary.status, Status::stuck);
   EXPECT_EQ(status_name(summary.status), "stuck");
-  EXPECT_THAT(summary.message, HasSubstr("stands at s = "));
+  EXPECT_THAT(summary.message, HasSubstr("stationary at s = "));
   EXPECT_NEAR(summary.simulated_s, 5, 0.03);
   EXPECT_EQ(race.steps().rows(), static_cast<std::size_t>(summary.steps) + 1);
 }

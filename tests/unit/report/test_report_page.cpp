@@ -226,7 +226,7 @@ TEST(ReportPage, EditedTablesAreDrawnOrRefusedWithTheirPlace) {
   write("runs.csv", "stack,seed,status\nelm,1,finished\n" + std::string(300, 'x') + ",1,finished\n");
   EXPECT_THAT(why(), testing::StartsWith(runs + ": row 2: \"xxx"));
   write("runs.csv", "stack,seed,status\nelm,../../elsewhere,finished\n");
-  EXPECT_THAT(why(), HasSubstr("row 1: \"../../elsewhere\" is no folder's name"));
+  EXPECT_THAT(why(), HasSubstr("row 1: \"../../elsewhere\" is not a folder's name"));
   write("runs.csv", "stack,seed,status\nelm,1,finished\n");
   write("claims.json", std::string(100'000, '[') + std::string(100'000, ']'));
   EXPECT_EQ(why(), (folder.path() / "claims.json").string() + ": nested deeper than 200 levels");

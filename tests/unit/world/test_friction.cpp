@@ -130,7 +130,7 @@ TEST(Friction, AShiftThatIsNoWholeNumberOfStepsIsRefused) {
   spec.shift_per_seed = 0.81;
   EXPECT_NO_THROW(FrictionSchedule(spec, kDt, 1));
   EXPECT_THROW(FrictionSchedule(spec, kDt, 2), std::invalid_argument);
-  EXPECT_THAT(check_shift_per_seed(spec, kDt), HasSubstr("0.81 s is no whole number of control steps of 0.02 s"));
+  EXPECT_THAT(check_shift_per_seed(spec, kDt), HasSubstr("0.81 s is not a multiple of the control step of 0.02 s"));
   EXPECT_EQ(check_shift_per_seed(spec, 0.01), "");
   spec.per_step.reset();
   EXPECT_EQ(check_shift_per_seed(spec, kDt), "");

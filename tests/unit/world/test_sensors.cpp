@@ -152,9 +152,9 @@ TEST(Sensors, RefusalsSayWhatAndWhere) {
   const auto why = [](const char* text) { return refusal([&] { spec_of(text); }); };
   EXPECT_THAT(
       why(R"({"rate": {"x": "30 Hz"}})"),
-      HasSubstr("/rate/x: the time between readings is no whole number of control steps of 0.02 s; nearest: 0.04 s"));
+      HasSubstr("/rate/x: the time between readings is not a multiple of the control step of 0.02 s; nearest: 0.04 s"));
   EXPECT_THAT(why(R"({"delay": {"x": "50 ms"}})"),
-              HasSubstr("/delay/x: the delay is no whole number of control steps"));
+              HasSubstr("/delay/x: the delay is not a multiple of the control step"));
   EXPECT_THAT(why(R"({"delay": {"x": 1e8}})"),
               HasSubstr("/delay/x: the delay is longer than 20000 s, a million control steps of 0.02 s"));
   EXPECT_THAT(why(R"({"delay": {"x": 1e300}})"), HasSubstr("/delay/x: the delay is longer than 20000 s"));

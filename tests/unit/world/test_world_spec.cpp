@@ -157,7 +157,7 @@ TEST(WorldSpec, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why(R"({"car": "cars/orca_1_44.json"})"), HasSubstr("did you mean \"orca_1_43.json\"?"));
   EXPECT_THAT(why(R"({"car": {"width": 0.7}})"), HasSubstr("/car: replaces the file"));
   EXPECT_THAT(why(R"({"friction": {"per_step": {"start_step": 10, "divide": 50}, "shift_per_seed": 0.03}})"),
-              HasSubstr("/friction/shift_per_seed: friction shift_per_seed 0.03 s is no whole number"));
+              HasSubstr("/friction/shift_per_seed: friction shift_per_seed 0.03 s is not a multiple"));
   EXPECT_THAT(why(R"({"friction": {"patches": [{"from_s": 1, "to_s": 20, "factor": 0.5}]}})"),
               HasSubstr("/friction/patches/0/to_s: friction patch 1 names s = 20 m, expected 0 to"));
   EXPECT_THAT(why(R"({"friction": {"patches": [{"from_s": 1, "to_s": 2, "factor": 0.5},

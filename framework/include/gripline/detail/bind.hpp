@@ -20,7 +20,7 @@ concept HasParamStruct = !HasParamTemplate<D> && requires {
 template <class D>
 concept HasParams = HasParamTemplate<D> || HasParamStruct<D>;
 
-/// What D declares, as one type; without Params nothing.
+/// What D declares, as one type; an empty tuple without Params.
 template <class D>
 constexpr auto declared() {
   if constexpr (HasParams<D>)

@@ -33,7 +33,7 @@ struct CandidateEffect {
 };
 
 /// Every effect of the registry that the car lacks, that its model has a stage for and that has a value at which it
-/// does nothing. Left out: effects that need truth, tables, effects with memory (none of their values is harmless),
+/// does nothing. Left out: effects that need truth, tables, effects with memory (none of their values is neutral),
 /// delays of commands (all channels later together are the same), what changes the car's mass or centre of gravity,
 /// which are known, and, without a road, effects of place.
 std::vector<CandidateEffect> candidate_effects(const VehicleSpec& vehicle, const Car& car, const Registry& registry,

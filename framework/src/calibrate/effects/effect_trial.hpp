@@ -1,7 +1,6 @@
 // A world with an effect more or less: tried while effects are looked for, and written in the end.
 #pragma once
 
-#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "calibrate/fit/forecast_errors.hpp"
 #include "calibrate/forecast/forecaster.hpp"
 #include "plugin/registry.hpp"
+#include "util/numbers.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline::calibrate {
@@ -39,8 +39,8 @@ struct Trial {
   std::vector<ParameterPlace> places;
   std::vector<double> params;
   std::vector<Unknown> unknowns;
-  double cost = std::numeric_limits<double>::quiet_NaN();  // of `params`; NaN: not evaluated
-  ForecastErrors validation;                               // on time that was not fitted
+  double cost = not_a_number;  // of `params`; NaN: not evaluated
+  ForecastErrors validation;   // on time that was not fitted
 };
 
 /// What a trial has more than the world that it began from: an effect, or a parameter that was not to be fitted.

@@ -17,8 +17,8 @@ namespace gripline::calibrate {
 /// Whether an effect adds its one parameter to the yaw rate that is shown and does nothing else: found by trying it.
 bool offsets_yaw_rate(const PluginEntry& entry, const Effect& effect);
 
-/// What yaw says of the yaw-rate channel of logs, of all of their time or of that outside `held_out`; nothing where
-/// they cannot tell.
+/// What yaw says of the yaw-rate channel of logs, of all of their time or of that outside `held_out`; empty where
+/// they do not determine it.
 std::optional<measured::YawRateOffset> offset_by_yaw(const std::list<measured::SessionFile>& files);
 std::optional<measured::YawRateOffset> offset_by_yaw(std::list<measured::SessionFile> files,
                                                      const HeldOutTimes& held_out);

@@ -25,12 +25,12 @@ Friction friction_of(const StagedCar& car, const Car& constants, std::span<const
 
 /// Understeer angle [rad]: by how much more than L / R the road wheels are turned in a steady corner, the difference
 /// between the slip angles of the axles (Milliken and Milliken, Race Car Vehicle Dynamics, section 5.3), so that a
-/// wrong steering ratio or offset is none of it. Of the sign of `omega` where the car understeers. Without drive, on a
-/// flat road; `params` as above, `vx` [m/s], `omega` [rad/s]. Nothing where the model has no tyres, or where no
+/// wrong steering ratio or offset is not in it. Of the sign of `omega` where the car understeers. Without drive, on a
+/// flat road; `params` as above, `vx` [m/s], `omega` [rad/s]. Empty where the model has no tyres, or where no
 /// steering keeps it in such a corner.
 std::optional<double> understeer_angle(const StagedCar& car, std::span<const double> params, double vx, double omega);
 
-/// The understeer gradient that this car would show in the corners of logs [rad s2/m]; nothing where it cannot stay
+/// The understeer gradient that this car would show in the corners of logs [rad s2/m]; empty where it cannot stay
 /// in one of them.
 std::optional<double> gradient_in(const measured::SteadyTurning& logs, const StagedCar& car,
                                   std::span<const double> params);

@@ -3,10 +3,10 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <limits>
 #include <vector>
 
 #include "calibrate/fit/prediction_errors.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::calibrate {
 
@@ -17,8 +17,8 @@ struct FitStep {
 
 struct LeastSquaresOptions {
   int iterations = 20;
-  double tolerance = 3e-4;                                         // relative decrease of the cost below which it ends
-  double initial_cost = std::numeric_limits<double>::quiet_NaN();  // of the parameters it begins with; NaN: not known
+  double tolerance = 3e-4;             // relative decrease of the cost below which it ends
+  double initial_cost = not_a_number;  // of the parameters it begins with; NaN: not known
   std::function<void(const FitStep&)> progress;
 };
 

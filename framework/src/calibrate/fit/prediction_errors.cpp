@@ -66,7 +66,7 @@ double reading_at(const Session& s, std::size_t channel, double time, const Read
   if (!std::isnan(plain) || time > readings.last) return plain;
   const std::size_t row = s.row_before(time + 1e-9);
   if (row >= s.rows() || time <= s.t[row] + 1e-9) return plain;
-  return s.bridge(channel, time, readings.last, readings.bridged);
+  return s.bridge(channel, time, readings.last, readings.bridged).value;
 }
 
 }  // namespace

@@ -15,14 +15,14 @@ namespace gripline::calibrate {
 
 /// What predictions are compared with: starts x horizons x 6. Between rows it is linear, also where a channel that is
 /// read in few of them has its readings about as far apart as usual. NaN where nothing was read, for a channel that no
-/// row up to the start had, and for a speed that is taken from the log, which is no prediction.
+/// row up to the start had, and for a speed that is taken from the log, which is not a prediction.
 std::vector<double> readings_at(const Session& session, const Starts& starts);
 
 /// A session with what is asked of it.
 struct FitLog {
   const Session* session = nullptr;
   measured::CommandGrid commands;
-  std::shared_ptr<const Track> track;  // null: flat, nowhere
+  std::shared_ptr<const Track> track;  // null: flat, no road
   Starts starts;
   std::vector<double> truth;  // readings_at(session, starts)
   double weight = 1;          // of its errors

@@ -10,7 +10,7 @@
 // Recursive Identification, 1983).
 //
 // Starts slower than a quarter of v_ref count only until the first that is faster: a log that crawls throughout has
-// nothing else to tell, and no model here has the static friction and the play that rule a crawl.
+// no other data, and no model here has the static friction and the play that rule a crawl.
 #pragma once
 
 #include <optional>
@@ -28,7 +28,7 @@ struct SessionWeighing {
 
 /// From root mean square errors at 1 s; those that are not positive count as 1.
 SessionWeighing session_weighing(const std::array<double, quantities>& rms);
-/// From the record of a fit in the world; nothing where it was not fitted.
+/// From the record of a fit in the world; empty where it was not fitted.
 std::optional<SessionWeighing> session_weighing(const Node& world);
 
 /// Unknowns whose width from session to session is stated.

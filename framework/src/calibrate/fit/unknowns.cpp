@@ -137,7 +137,7 @@ void join(std::vector<Unknown>& all, std::span<const Tie> ties, std::span<const 
   for (const Tie& tie : ties) {
     const auto leader = std::find(leaders.begin(), leaders.end(), tie.leader);
     if (leader == leaders.end()) {
-      errors.add(tie.origin, "\"" + tie.leader + "\" is no unknown of this world that is fitted by itself" +
+      errors.add(tie.origin, "\"" + tie.leader + "\" is not an unknown of this world that is fitted by itself" +
                                  did_you_mean(tie.leader, leaders));
       continue;
     }
@@ -174,7 +174,7 @@ Listed read_listed(const Node& node, std::span<const ParameterPlace> places, std
     const auto at = std::find(pointers.begin(), pointers.end(), member->key);
     if (at == pointers.end()) {
       errors.add(member->key_origin(),
-                 "\"" + member->key + "\" is no parameter of this world" + did_you_mean(member->key, pointers));
+                 "\"" + member->key + "\" is not a parameter of this world" + did_you_mean(member->key, pointers));
       continue;
     }
     const ParameterPlace& place = places[static_cast<std::size_t>(at - pointers.begin())];

@@ -1,4 +1,4 @@
-// Predictions by models that know nothing of the car, to compare with.
+// Predictions by models without knowledge of the car, to compare with.
 #pragma once
 
 #include <array>

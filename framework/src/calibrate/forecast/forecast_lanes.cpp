@@ -74,7 +74,7 @@ void Lanes<T>::find_next_rows(std::size_t lane) {
   }
   const Session& log = s_.session;
   last_shown_[lane] = log.t[std::min(log.row_before(read_until[lane] + 1e-9), log.rows() - 1)];
-  hint_[lane] = nothing;
+  hint_[lane] = not_a_number;
   for (std::size_t c = 0; c < channels; ++c) {
     std::size_t next = std::max<std::size_t>(1, row_[lane * groups + delay_group[c]]);
     while (next > 1 && std::isnan(log.at(next - 1, c)) && time[lane] - log.t[next - 1] <= lost_after) --next;
@@ -167,9 +167,8 @@ void Lanes<T>::prescribe_speed(std::size_t lane) {
     const std::size_t next = row >= log.rows() ? 0 : log.t[row] < value(shown) - 1e-9 ? row + 1 : row;
     until = std::min(until, log.t[std::min(next, log.rows() - 1)]);
   }
-  double slope = 0.0;
-  const double at_most = std::min(value(shown), until),
-               speed = log.bridge(Channel::vx, at_most, until, longest_gap, &slope);
+  const double at_most = std::min(value(shown), until);
+  const auto [speed, slope] = log.bridge(Channel::vx, at_most, until, longest_gap);
   const std::size_t first = lane * channels, i = first + Channel::vx;
   rate_[i] = T(0);
   if (std::isnan(speed)) return;
@@ -443,7 +442,7 @@ template <class T>
 T Lanes<T>::speed_of(std::size_t lane, const T& shown) const {
   constexpr double old = 0.3;  // [s]
   T v = log_at(lane, Channel::vx, shown);
-  if (std::isnan(value(v))) v = T(s_.session.bridge(Channel::vx, value(shown), value(shown), old));
+  if (std::isnan(value(v))) v = T(s_.session.bridge(Channel::vx, value(shown), value(shown), old).value);
   if (std::isnan(value(v))) v = x[lane * channels + Channel::vx];
   return value(v) < 0.0 ? -v : v;
 }
@@ -477,7 +476,7 @@ void Lanes<T>::follow_when_slow(std::size_t lane, double h, const StepInnovation
       if (delay_group[c] != g) continue;
       T off = seen.last[c] - (now[c] - before[c]);
       double inverse_square = seen.last_inverse_square[c];
-      const T reading = value(left) < 1.0 ? T(nothing) : log_at(lane, c, shown);
+      const T reading = value(left) < 1.0 ? T(not_a_number) : log_at(lane, c, shown);
       if (!std::isnan(value(reading))) {
         const std::size_t row = std::min(row_at(lane, g, value(shown) + 1e-9), log.rows() - 1);
         off = difference_of(c, reading, now[c]);

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <vector>
 
 #include "calibrate/forecast/forecaster.hpp"
 #include "measured/replay/velocity_axes.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::calibrate::forecast {
 
@@ -17,7 +17,6 @@ using measured::CommandGrid;
 using measured::difference_of;
 using measured::Road;
 
-inline constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 inline constexpr std::size_t groups = measured::delay_groups;
 using measured::delay_group;
 
@@ -101,8 +100,8 @@ class Lanes {
         row_(n * groups),
         last_shown_(n),
         last_read_(n * channels),
-        hint_(n, nothing) {
-    no_innovations_.last.fill(T(nothing));
+        hint_(n, not_a_number) {
+    no_innovations_.last.fill(T(not_a_number));
     for (auto* v : {&stage_x_, &rate_, &x_start_}) v->resize(n * channels);
     for (auto* v : {&stage_m_, &rate_m_, &m_start_}) v->resize(n * setting.memory());
     command_.resize(n);

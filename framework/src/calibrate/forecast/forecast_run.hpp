@@ -56,16 +56,18 @@ class ForecastRun {
     const std::size_t at_once = s_.options.lanes;
     const bool known = steps != nullptr && !steps->empty();
     for (std::size_t i = 0, group = 0; i < blocks.size(); i += at_once, ++group) {
-      if (steps != nullptr && !known) steps->emplace_back();
-      observe(std::span(blocks).subspan(i, std::min(at_once, blocks.size() - i)),
-              steps != nullptr ? &(*steps)[group] : nullptr, known);
+      const auto together = std::span(blocks).subspan(i, std::min(at_once, blocks.size() - i));
+      if (known)
+        observe(together, {.given = &(*steps)[group]});
+      else
+        observe(together, {.recorded = steps != nullptr ? &steps->emplace_back() : nullptr});
     }
   }
 
   /// predicted: starts x horizons x 6 readings, NaN where the log has no rows to start from.
   void predict(const Starts& starts, std::vector<T>& predicted) {
     const std::size_t h = starts.horizons.size();
-    predicted.assign(starts.time.size() * h * channels, T(nothing));
+    predicted.assign(starts.time.size() * h * channels, T(not_a_number));
     std::vector<std::size_t> usable;
     for (std::size_t i = 0; i < starts.time.size(); ++i)
       if (stretch_of(starts.time[i]) < stretches_.size()) usable.push_back(i);
@@ -173,13 +175,18 @@ class ForecastRun {
 
   double speed_at(double time) const {
     const std::size_t row = s_.session.row_before(time + 1e-9);
-    const double v = row < s_.session.rows() ? s_.session.at(row, Channel::vx) : nothing;
+    const double v = row < s_.session.rows() ? s_.session.at(row, Channel::vx) : not_a_number;
     return std::isnan(v) ? 0.0 : std::abs(v);
   }
 
-  /// Blocks side by side. `substeps`, where given, are what their steps are divided into where that is `known`, else
-  /// they are filled.
-  void observe(std::span<Block<T>*> wanted, std::vector<int>* substeps, bool known) {
+  /// How many substeps each step of blocks side by side is divided into: as given, or as the lanes need, which is
+  /// recorded where that is not null.
+  struct Substeps {
+    const std::vector<int>* given = nullptr;
+    std::vector<int>* recorded = nullptr;
+  };
+  /// Blocks side by side.
+  void observe(std::span<Block<T>*> wanted, const Substeps& substeps) {
     const double h = s_.options.step;
     const auto steps_of = [](const Block<T>* block) { return block->kept.back() - block->begin; };
     // Those that end first come last, where they can be left out.
@@ -203,10 +210,10 @@ class ForecastRun {
         ++next[i];
       }
       if (step == most) return;
-      if (known)
+      if (substeps.given != nullptr)
         while (steps_of(wanted[lanes.n - 1]) <= step) --lanes.n;
-      const int taken = lanes.advance(h, known ? (*substeps)[step] : 0);
-      if (substeps != nullptr && !known) substeps->push_back(taken);
+      const int taken = lanes.advance(h, substeps.given != nullptr ? (*substeps.given)[step] : 0);
+      if (substeps.recorded != nullptr) substeps.recorded->push_back(taken);
       lanes.correct(h);
     }
   }

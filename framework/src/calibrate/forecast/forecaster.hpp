@@ -73,7 +73,7 @@ struct Starts {
 };
 
 /// Substeps that an observer took, by group of lanes and by step. The slowest lane of a group decides on them for all,
-/// so it moves on when none of its own states is asked for any more; a run of the same values that is told them leaves
+/// so it moves on when none of its own states is asked for any more; a run of the same values that is given them leaves
 /// such lanes out, and predicts the same.
 using ObserverSteps = std::vector<std::vector<int>>;
 

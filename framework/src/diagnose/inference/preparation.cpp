@@ -28,14 +28,14 @@ struct ChannelNoise {
 
 /// The standard deviation to assume of readings that are too few or too far apart to show it.
 double unseen_noise(const ChannelNoise& of, const std::string& name, std::vector<Finding>& health) {
-  const std::string found = "not to be seen, its readings are few and far between";
+  const std::string found = "not measurable, its readings are too few or too far apart";
   if (of.of_sensor) {
     health.push_back({Finding::Level::note, name, found, "the stated " + significant(of.stated) + " is used"});
     return std::max(of.least, of.stated);
   }
   // Taken for exact, they would outweigh all others.
   health.push_back({Finding::Level::bad, name, found + ", and not stated",
-                    "taken for " + significant(of.most) + ": its readings count for nothing until it is stated"});
+                    "taken for " + significant(of.most) + ": its readings have no weight until it is stated"});
   return of.most;
 }
 
@@ -57,9 +57,9 @@ double noise_to_assume(std::size_t channel, const ChannelNoise& of, std::vector<
   }
   if (stated > 0.0 && seen < thresholds::noise_free * stated) {
     // Simulated, or filtered: what is left is rounding, of which nothing is known.
-    health.push_back({Finding::Level::bad, name, "none to be seen, stated " + significant(stated),
+    health.push_back({Finding::Level::bad, name, "none measured, stated " + significant(stated),
                       "a twentieth of the stated is used; figures in standard deviations, intervals and confidence "
-                      "are not to be relied on"});
+                      "are not reliable"});
     return thresholds::noise_free * stated;
   }
   const bool agrees =

@@ -14,7 +14,7 @@ namespace gripline::diagnose {
 /// Score (Lagrange multiplier) test of further parameters at zero, the first `own_params` of a system profiled out.
 struct ScoreTest {
   double gain = 0;        // predicted rise of the log likelihood; twice it is a chi-square of dof when all are zero
-  std::size_t dof = 0;    // combinations that can be told from the own parameters
+  std::size_t dof = 0;    // combinations that can be distinguished from the own parameters
   Eigen::VectorXd step;   // predicted values of the further parameters
   Eigen::VectorXd score;  // gradient of the log likelihood by them
   Eigen::MatrixXd information;  // on them

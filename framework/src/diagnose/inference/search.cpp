@@ -23,8 +23,9 @@ double SearchResult::evidence_alone(std::size_t candidate) const {
   return one->evidence - (old ? first_reference.at({}).evidence : null_model.evidence);
 }
 
-double required_evidence(std::size_t size, double over_null, bool refined) {
+double required_evidence(std::size_t size, double over_null, SearchReference along) {
   if (size <= 1) return thresholds::single_gain;
+  const bool refined = along == SearchReference::refined;
   const double share = refined ? thresholds::further_share_refined : thresholds::further_share;
   return std::max(thresholds::further_gain, share * over_null);
 }
@@ -122,7 +123,8 @@ std::vector<const Fit*> Searcher::extend(const Fit& from, std::size_t tries, dou
 
 /// required_evidence() over a model of this evidence.
 double Searcher::required(std::size_t size, double smaller) const {
-  return required_evidence(size, smaller - null_model_->evidence, !first_reference_.empty());
+  const auto along = first_reference_.empty() ? SearchReference::first : SearchReference::refined;
+  return required_evidence(size, smaller - null_model_->evidence, along);
 }
 
 /// Whether a model's last effect is worth having. What is put in and what is taken out follow this one rule: by two

@@ -34,10 +34,13 @@ struct SearchResult {
   double evidence_alone(std::size_t candidate) const;
 };
 
+/// The reference that models are compared along: the search's first, or one that was smoothed with effects.
+enum class SearchReference { first, refined };
+
 /// Evidence that the last effect of a model of this size must bring, where the model without it has `over_null` more than
-/// the null model. `refined`: along a reference that was smoothed with effects. What a model without it needs to be left
-/// behind, over_null plus this, rises with over_null, so that a search that goes by it cannot come back to where it was.
-double required_evidence(std::size_t size, double over_null, bool refined);
+/// the null model. What a model without it needs to be left behind, over_null plus this, rises with over_null, so that
+/// a search that goes by it cannot come back to where it was.
+double required_evidence(std::size_t size, double over_null, SearchReference along);
 
 SearchResult search_effects(Problem problem, const Road& road, const SearchOptions& options = {});
 

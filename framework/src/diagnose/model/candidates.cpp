@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "diagnose/model/shape_parameters.hpp"
 #include "measured/session/log_map.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -84,7 +84,7 @@ double Catalogue::nominal(std::string_view name, std::size_t* index) const {
     if (index != nullptr) *index = i;
     return model_params_[i];
   }
-  return std::numeric_limits<double>::quiet_NaN();
+  return not_a_number;
 }
 
 ModelSpec Catalogue::null_model() const {

@@ -31,7 +31,7 @@ struct Candidate {
   /// Which fitted parameters only shape what the others do: at neutral values nothing depends on them, wherever the car
   /// is and however it drives (shape_parameters.hpp).
   std::vector<std::size_t> shapes;
-  std::size_t strength = 0;  // the first fitted parameter that is no shape
+  std::size_t strength = 0;  // the first fitted parameter that is not a shape
   const abi::ParamDecl& decl(std::size_t fit) const { return entry->decl->params[fitted[fit]]; }
 };
 
@@ -67,7 +67,7 @@ class Catalogue {
   const VehicleModel& model() const { return *model_; }
 
   void set_nuisances(std::vector<Nuisance> nuisances) { nuisances_ = std::move(nuisances); }
-  /// From now on place (group 0) or heading (1) are late by so much more than was taken off the logs, known to within a
+  /// From now on place (group 0) or heading (1) are later by this than was taken off the logs, known to within a
   /// standard deviation [s]. Each group once.
   void allow_for_late_pose(std::size_t group, double seconds, double sigma);
   /// As it was before.

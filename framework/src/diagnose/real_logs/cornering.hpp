@@ -11,7 +11,7 @@
 namespace gripline::diagnose {
 
 struct Cornering {
-  std::optional<measured::SteadyTurning> by_log;  // nothing where the logs do not show it
+  std::optional<measured::SteadyTurning> by_log;  // empty where the logs do not show it
   std::optional<double> given, found;             // gradients of the worlds [rad s2/m]
   std::string why_not;                            // TurningByLogs::why_not
 };

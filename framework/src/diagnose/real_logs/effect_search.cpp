@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "calibrate/effects/start_of_fit.hpp"
 #include "calibrate/effects/yaw_limit.hpp"
 #include "calibrate/forecast/forecaster.hpp"
 #include "config/errors.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::diagnose {
 
@@ -145,7 +145,7 @@ void open_undetermined(const EffectSearch& search, Trial& trial) {
       closed.unknowns.push_back(p.unknown);
   if (closed.unknowns.empty()) return;
   take_over_unknowns(trial, closed);
-  trial.cost = std::numeric_limits<double>::quiet_NaN();
+  trial.cost = not_a_number;
 }
 
 std::unique_ptr<Trial> with_disturbances(const EffectSearch& search, const Trial& base) {

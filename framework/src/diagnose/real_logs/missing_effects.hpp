@@ -87,7 +87,7 @@ struct MissingEffects {
   } largest_over_noise;
   /// Whether what is left is, in sum, as large as what sensors alone would leave.
   bool sum_at_noise() const;
-  /// Whether that holds of each quantity too: these logs tell nothing more.
+  /// Whether that holds of each quantity too: these logs show nothing more.
   bool at_noise() const;
   calibrate::ForecastChange calibration;  // calibrated against given, of the model alone
   calibrate::ForecastChange change;       // found against calibrated

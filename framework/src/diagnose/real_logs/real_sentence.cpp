@@ -46,7 +46,7 @@ std::string effect_text(const MissingEffect& effect) {
 std::string improvement_text(const MissingEffects& found) {
   std::string text = found.calibrated < found.given
                          ? "Calibrating the world takes " + decrease_text(found.calibration) + " off the error of "
-                         : "Calibrating the world takes nothing off the error of ";
+                         : "Calibrating the world does not reduce the error of ";
   text += "predictions 1 s ahead of time that was not fitted";
   if (found.named.empty()) return text + ". ";
   text += "; ";

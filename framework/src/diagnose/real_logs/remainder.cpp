@@ -22,7 +22,7 @@ std::map<std::string, std::vector<double>> features_of(const std::vector<FitLog>
       const double t = log.starts.time[i];
       const std::size_t row = std::min(log.session->row_before(t), log.session->rows() - 1);
       const auto size = [&](std::size_t channel) {
-        return std::abs(log.session->bridge(channel, t + 0.5 * horizon, INFINITY, longest_gap));
+        return std::abs(log.session->bridge(channel, t + 0.5 * horizon, INFINITY, longest_gap).value);
       };
       features["speed"].push_back(size(measured::Channel::vx));
       features["yaw rate"].push_back(size(measured::Channel::yaw_rate));

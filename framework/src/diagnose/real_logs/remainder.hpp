@@ -16,7 +16,7 @@ struct Remainder {
   double share = 0;  // of the squared errors
 };
 
-/// Of readings between those of a channel; a thing that more than a tenth of the starts have no reading of is none.
+/// Of readings between those of a channel; a thing that more than a tenth of the starts have no reading of is left out.
 /// `errors` are of all starts of `logs` that have a truth, over predictions of `horizon` seconds.
 Remainder remainder_of(const std::vector<calibrate::FitLog>& logs, const calibrate::ForecastErrors& errors,
                        double horizon);

@@ -45,7 +45,7 @@ void check_is_case(const fs::path& file, const Node& node) {
   if (!node.is_object() ||
       !std::any_of(keys.begin(), keys.end(), [&](const char* k) { return node.find(k) != nullptr; }))
     throw InputError(file.string() +
-                     ": is no case; expected an object with some of vehicle, track, noise_sigma, "
+                     ": is not a case; expected an object with some of vehicle, track, noise_sigma, "
                      "exclude, nominal_uncertainty");
   if (const FileKind kind = kind_of(node); kind == FileKind::world || kind == FileKind::experiment)
     throw InputError(file.string() + ": is " + std::string(kind_text(kind)) + ", expected a case");
@@ -95,7 +95,7 @@ void check_excluded(const CaseOptions& options, const Catalogue& catalogue) {
     if (catalogue.find(id) != catalogue.candidates().size()) continue;
     std::vector<std::string> known;
     for (const Candidate& c : catalogue.candidates()) known.push_back(c.id);
-    throw InputError("\"exclude\" names \"" + id + "\", which is no effect that could be found" +
+    throw InputError("\"exclude\" names \"" + id + "\", which is not an effect that could be found" +
                      did_you_mean(id, known));
   }
 }

@@ -36,7 +36,7 @@ CaseFile read_case(const std::filesystem::path& file);
 void read_uncertainty(const Node& node, CaseOptions& options, Errors& errors);
 /// What a world says it does not know: its plant's parameters among the unknowns of fit, and nominal_uncertainty.
 void read_uncertainty_of_world(const Node& world, CaseOptions& options, Errors& errors);
-/// Throws InputError, with the nearest id, where options.exclude has one that is no candidate.
+/// Throws InputError, with the nearest id, where options.exclude has one that is not a candidate.
 void check_excluded(const CaseOptions& options, const Catalogue& catalogue);
 
 }  // namespace gripline::diagnose

@@ -16,7 +16,7 @@ struct ChannelError {
   double ratio() const { return size / stated; }
 };
 
-/// The channel whose slow errors (thresholds::slow_colour) are largest over their stated noise; nothing where none is
+/// The channel whose slow errors (thresholds::slow_colour) are largest over their stated noise; empty where none is
 /// more than thresholds::wrong_channel times as large. A channel without a stated noise is not asked.
 std::optional<ChannelError> wrong_channel(const Problem& problem, const measured::Channels& stated);
 

@@ -21,7 +21,7 @@ struct NamedEffect {
   struct Value {
     std::string name, unit;
     double value = 0, low = 0, high = 0;
-    std::string at_end{};  // "low" or "high" where it is kept within that end of its range: the value is no estimate
+    std::string at_end{};  // "low" or "high" where it is kept within that end of its range: not an estimate
   };
   std::string effect;
   bool measurement = false;  // it changes what the sensors show, not how the car moves
@@ -43,7 +43,7 @@ struct RankedEffect {
   ErrorChange rollout = {};      // of 1 s predictions of hold-out data, by it alone
 };
 
-/// The smallest size of an effect that would have been detected in this log; NaN where the log says nothing of it.
+/// The smallest size of an effect that would have been detected in this log; NaN where the log does not show it.
 struct DetectionLimit {
   std::string effect, param, unit;
   double size = 0;

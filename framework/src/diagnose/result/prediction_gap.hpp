@@ -8,7 +8,7 @@
 namespace gripline::diagnose {
 
 /// The nominal model with its stated parameters: of `null_model`, to which they were fitted, it has the noise and what
-/// is left of delays that were taken off, which is no part of the car.
+/// is left of delays that were taken off, which is not part of the car.
 Fit nominal_as_stated(const Catalogue& catalogue, const Fit& null_model);
 
 /// Errors of the nominal model as stated, with its parameters refitted (`null_model`), and of what was found, which is

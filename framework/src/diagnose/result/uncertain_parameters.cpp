@@ -18,7 +18,7 @@ std::vector<Nuisance> uncertain_parameters(const CaseOptions& options, const Cat
     n.nominal = catalogue.nominal(n.name, &n.index);
     if (std::isnan(n.nominal) && !stated) continue;
     if (std::isnan(n.nominal))
-      throw InputError("nominal_uncertainty names \"" + key + "\", which is no parameter of the nominal model");
+      throw InputError("nominal_uncertainty names \"" + key + "\", which is not a parameter of the nominal model");
     // A relative deviation of nothing is nothing: where the nominal value is 0 the size is that of the parameter.
     n.sigma = size * (per_mass ? catalogue.car().m : n.nominal != 0.0 ? std::abs(n.nominal) : 1.0);
     if (n.sigma > 0.0) uncertain.push_back(n);

@@ -29,7 +29,7 @@ struct DiagnoseOutcome {
   std::vector<ClaimResult> claims;
 };
 
-/// A diagnosis beside what is true. The round trip is no part of it.
+/// A diagnosis beside what is true. The round trip is not part of it.
 CaseOutcome outcome_of(std::string name, const Answer& truth, const Diagnosis& d);
 
 /// Columns that claims about a case may name.
@@ -40,7 +40,7 @@ std::string outcome_csv(const DiagnoseOutcome& outcome);
 
 /// Reads an experiment whole and runs nothing. Throws InputError with every error of the tree.
 void check_diagnose_experiment(const Node& tree, const Registry& registry);
-/// `only`: names of cases; empty: all. Claims about others are skipped. Throws InputError at a name that is no case.
+/// `only`: names of cases; empty: all. Claims about others are skipped. Throws InputError at a name that is not a case.
 DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& registry, const std::filesystem::path& out,
                                         std::span<const std::string> only = {}, const ProgressCallback& progress = {});
 

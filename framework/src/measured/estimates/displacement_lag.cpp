@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "measured/estimates/independent_blocks.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 namespace {
@@ -66,7 +67,7 @@ class Displacements {
     for (std::size_t k = 0; k + w_ < n_; ++k) {
       const bool known = before.known(k, k + w_) && after.known(k, k + w_);
       const Vector change = after.between(k, k + w_) - before.between(k, k + w_);
-      out[k] = known ? Vector{change.x / span, change.y / span} : Vector{std::numeric_limits<double>::quiet_NaN(), 0};
+      out[k] = known ? Vector{change.x / span, change.y / span} : Vector{not_a_number, 0};
     }
     return out;
   }
@@ -80,7 +81,7 @@ class Displacements {
     Way out{std::vector<Vector>(n_), std::vector<Vector>(n_), std::vector<std::size_t>(n_ + 1, 0)};
     for (std::size_t k = 0; k < n_; ++k) {
       Vector& v = out.velocity[k];
-      v.x = std::numeric_limits<double>::quiet_NaN();
+      v.x = not_a_number;
       if (k + later < n_) {
         const double vx = m_.vx[k + later], vy = m_.vy[k + later];
         v = {heading_[k].x * vx - heading_[k].y * vy, heading_[k].y * vx + heading_[k].x * vy};

@@ -25,7 +25,7 @@ struct DisplacementLag {
 
 /// The lag with the least squares of
 ///   place(t + w) - place(t) = (1 + scale) R(turn) integral of velocity + lever (heading(t + w) - heading(t))
-/// by the scale of the speeds, the turn of their axes, and where on the car the place is read. Nothing where noise
+/// by the scale of the speeds, the turn of their axes, and where on the car the place is read. Empty where noise
 /// says which lag is best, as of a car at nearly one speed, at which such a lever and a lag are the same; where fewer
 /// than eight blocks have been read; and where the best lag is as far as they are tried, 1.2 s.
 std::optional<DisplacementLag> displacement_lag(const PlaneMotion& motion);

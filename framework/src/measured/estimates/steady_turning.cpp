@@ -39,7 +39,7 @@ Window window_of(const Session& log, std::size_t first, std::size_t end, double 
   const auto n = static_cast<double>(end - first);
   if (end >= log.rows() || log.t[end] - log.t[first] > length + even_motion) return w;
   const auto reading = [&](std::size_t channel, double time) {
-    return log.bridge(channel, time, INFINITY, even_motion);
+    return log.bridge(channel, time, INFINITY, even_motion).value;
   };
   for (std::size_t i = first; i < end; ++i) {
     w.time += log.t[i] / n;

@@ -56,7 +56,7 @@ struct TurningLateness {
 /// The understeer gradient of all logs together, by least squares over windows of five wheelbases at `v_ref`:
 ///   delta = ratio (L omega / vx) + slope (vx omega) + a constant of each log + a share of omega',
 /// the last of which holds yaw inertia and a part of what is late; gradient = slope / ratio, so that a steering ratio
-/// or offset that the log has wrong is none of it. Windows that are far off (the car slides, the log jumps) do not
+/// or offset that the log has wrong is not part of it. Windows that are far off (the car slides, the log jumps) do not
 /// count.
 ///
 /// The interval is Fieller's of the ratio, by the t distribution of as many blocks of 10 s as would be equal to those

@@ -14,7 +14,7 @@ struct TimingSlip {
   double travel = 0;  // time of travel lost there; negative: the position falls back [s]
   double score = 0;   // in standard deviations of its mean
 };
-/// The strongest slip with a period of 0.1 to 10 s; nothing below 8 standard deviations or 1 ms, or where x or vx was
+/// The strongest slip with a period of 0.1 to 10 s; empty below 8 standard deviations or 1 ms, or where x or vx was
 /// not read. `row_step`: median time between rows [s].
 std::optional<TimingSlip> timing_slip(const Session& session, double row_step);
 

@@ -30,7 +30,7 @@ std::vector<TurnedBeyondYaw> between_readings(const Session& session) {
   for (std::size_t i = 0; i < session.rows(); ++i) {
     const double t = session.t[i], now = session.at(i, Channel::yaw);
     double rate = session.at(i, Channel::yaw_rate);
-    if (std::isnan(rate) && !std::isnan(now)) rate = session.bridge(Channel::yaw_rate, t, INFINITY, even_motion);
+    if (std::isnan(rate) && !std::isnan(now)) rate = session.bridge(Channel::yaw_rate, t, INFINITY, even_motion).value;
     if (std::isnan(rate)) continue;
     if (!std::isnan(last_time) && !is_longer(t - last_time, even_motion))
       turned += 0.5 * (t - last_time) * (rate + last_rate);

@@ -19,7 +19,7 @@ struct YawRateOffset {
   std::pair<double, double> range() const;
 };
 
-/// The mean offset of the yaw rate in all logs together. Nothing where those that read both yaw and yaw rate have less
+/// The mean offset of the yaw rate in all logs together. Empty where those that read both yaw and yaw rate have less
 /// than two stretches together: of 10 s, the last of a log of 5 s at least, so that 15 s of one log are enough, or 5 s
 /// of each of two. Gaps, yaws that jump (a frame that is turned) and how a log wraps its yaw do not count.
 ///

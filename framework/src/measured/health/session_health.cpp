@@ -37,7 +37,7 @@ void rate_and_gaps(const SessionFile& file, std::vector<Finding>& out) {
     out.push_back(
         {Level::note, "gaps",
          std::to_string(gaps) + ", " + significant(missing) + " s of them, longest " + significant(longest) + " s",
-         "nothing is bridged"});
+         "not bridged"});
   const double length = s.t.back() - s.t.front();
   if (length < 20.0)
     out.push_back(
@@ -127,9 +127,9 @@ std::vector<Finding> constant_commands(const Session& session) {
   };
   if (!session.prescribed_speed)
     look_at(&CommandSample<double>::d, least_throttle, "d", "",
-            "what throttle and brake do is not to be learned; is it the right column?");
+            "what throttle and brake do cannot be learned; is it the right column?");
   look_at(&CommandSample<double>::delta, least_angle, "delta", " rad",
-          "what steering does is not to be learned, nor tyres; is it the right column?");
+          "what steering does cannot be learned, nor tyres; is it the right column?");
   return out;
 }
 

@@ -103,7 +103,7 @@ void drop_impossible_commands(RawLog& raw, std::vector<Finding>& health) {
   if (bad == 0 || bad * 33 > raw.size()) return;
   raw = raw.picked(good);
   health.push_back(
-      {Finding::Level::note, "commands", std::to_string(bad) + " rows beyond what a car can be told", "left out"});
+      {Finding::Level::note, "commands", std::to_string(bad) + " rows beyond the range of commands", "left out"});
 }
 
 /// Leaves out readings far from all their neighbours; `count` are those of each row. Returns how many.

@@ -6,7 +6,7 @@
 namespace gripline::measured {
 
 /// The step of which the differences of all values are multiples, the least of them; 0 where there is none and of fewer
-/// than eight values that differ (a switch). Values that are no numbers do not count.
+/// than eight values that differ (a switch). NaNs do not count.
 double step_of(std::vector<double> values);
 
 /// Steps of throttle [1] and steering [rad], 0: none. Commands that were not recorded do not count.

@@ -1,17 +1,16 @@
 #include "measured/readings/held_readings.hpp"
 
 #include <cmath>
-#include <limits>
 
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::measured {
 
 std::size_t drop_held(std::span<const double> t, std::vector<double>& values) {
   constexpr std::size_t few = 3, many = 101;  // times between new values that are counted
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> between;
-  double last = none, interval = 0.0, changed = 0.0, next = 0.0;
+  double last = not_a_number, interval = 0.0, changed = 0.0, next = 0.0;
   std::size_t dropped = 0, changes = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isnan(values[i])) continue;  // an empty cell is no reading
@@ -29,7 +28,7 @@ std::size_t drop_held(std::span<const double> t, std::vector<double>& values) {
     } else if (interval > 0.0 && t[i] >= next - 1e-9) {
       next = t[i] + interval;
     } else {
-      values[i] = none;
+      values[i] = not_a_number;
       ++dropped;
     }
   }

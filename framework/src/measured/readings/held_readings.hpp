@@ -14,7 +14,7 @@ std::size_t drop_held(std::span<const double> t, std::vector<double>& values);
 
 /// In how many rows a logger repeats each value, where it does so; 1 where it does not: where less than a third of the
 /// rows repeat, or as irregularly as those of a reading that is rounded coarsely. What stays for more than two seconds
-/// is no repetition, the car stands.
+/// is not a repetition, the car stands.
 double rows_between_new(std::span<const double> t, std::span<const double> values);
 
 }  // namespace gripline::measured

@@ -7,7 +7,7 @@
 namespace gripline::measured {
 
 /// Adds whole turns [rad] to every `stride`th value from `first` on, so that each is within half a turn of the last one
-/// that is no NaN. Returns how often the number of turns changes.
+/// that is not NaN. Returns how often the number of turns changes.
 std::size_t unwrap_angles(std::span<double> values, std::size_t first = 0, std::size_t stride = 1);
 
 }  // namespace gripline::measured

@@ -40,7 +40,7 @@ struct SquaredErrors {
   double rms() const;
 };
 /// Sums errors number `first`, a multiple of `channels`, up to before `last` of Rollouts::error. What was not read does
-/// not count; an error beyond `most_deviation`, or a prediction that is no number, counts as that. `sigma`: standard
+/// not count; an error beyond `most_deviation`, or a prediction that is not a number, counts as that. `sigma`: standard
 /// deviations by channel, in their units.
 SquaredErrors squared_errors(const Rollouts& rollouts, std::size_t first, std::size_t last, const Channels& sigma);
 /// Root mean square of all errors over standard deviations, over all samples of all starts; 0 without any.

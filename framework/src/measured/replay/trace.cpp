@@ -2,17 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "measured/log/rounding.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 
 void Trace::set_motion(std::vector<double> rows, const Road& road) {
   motion = std::move(rows);
   at.resize(size());
-  double hint = std::numeric_limits<double>::quiet_NaN();
+  double hint = not_a_number;
   for (std::size_t k = 0; k < size(); ++k) {
     const double* const row = motion.data() + k * channels;
     at[k] =

@@ -39,7 +39,7 @@ ChannelReader::Factor ChannelReader::factor_of(const MappedChannel& channel, con
   const std::string known = header_unit(written, unit, bare);
   if (!known.empty()) return {to_si("1 " + known, unit), true};
   if (!bare) return {};
-  note("unit", name + ": the header's \"" + written + "\" is no unit of this kind",
+  note("unit", name + ": the header's \"" + written + "\" is not a unit of this kind",
        std::string("taken for ") + unit + "; `unit` in the map says another");
   return {};
 }
@@ -56,10 +56,10 @@ void ChannelReader::check_cells(std::size_t column, bool of_time) {
     throw UnreadColumn{"column " + table_.name[column] + ": none of its cells is a number; the first is " + first +
                            (of_time ? forms : "; expected numbers alone, as 12.5 or -2e-3"),
                        unread.line};
-  if (!told_.insert(column).second) return;
+  if (!reported_.insert(column).second) return;
   note("cells",
-       table_.name[column] + ": " + std::to_string(unread.cells) + " are no numbers, the first " + first + " in line " +
-           std::to_string(unread.line) + forms,
+       table_.name[column] + ": " + std::to_string(unread.cells) + " are not numbers, the first " + first +
+           " in line " + std::to_string(unread.line) + forms,
        "taken for missing");
 }
 

@@ -43,7 +43,7 @@ class ChannelReader {
   const DelimitedTable& table_;
   const LogMap& map_;
   std::vector<Finding>& findings_;
-  std::set<std::size_t> told_;  // columns of which it is said that cells are no numbers
+  std::set<std::size_t> reported_;  // columns of which it is said that cells are not numbers
 };
 
 }  // namespace gripline::measured

@@ -125,7 +125,7 @@ class CommandGuess {
     if (angle >= 0 && is_share_of_lock(c, most)) {
       draft_.remarks.push_back(
           "delta: " + draft_.name(c) + " (up to " + significant(most) +
-          ") is no angle but a share of full lock; write \"formula\": \"" + draft_.quoted(c) +
+          ") is not an angle but a share of full lock; write \"formula\": \"" + draft_.quoted(c) +
           " * LOCK\" with the front wheels' angle at full lock [rad]; until then it is taken as rad at "
           "full lock 1, which a fitted steer_map puts right");
     } else if (radians > 0.7 || angle < 0) {

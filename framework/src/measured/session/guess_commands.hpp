@@ -6,7 +6,7 @@
 namespace gripline::measured {
 
 /// Pedals as shares of full throttle and full brake in one channel, and the angle of the front wheels with its sign,
-/// which the yaw rate tells, or without one the heading: after guess_motion.
+/// found from the yaw rate, or without one from the heading: after guess_motion.
 void guess_commands(GuessDraft& draft);
 
 }  // namespace gripline::measured

@@ -56,7 +56,7 @@ std::string GuessDraft::unit_of(int c, const char* wanted) {
   if (std::string known = header_unit(written, wanted); !known.empty()) return known;
   if (std::string known = unit_of_name(c, wanted); !known.empty()) return known;
   if (!written.empty())
-    remarks.push_back(name(c) + ": the header's \"" + written + "\" is no unit of this kind; taken for " + wanted);
+    remarks.push_back(name(c) + ": the header's \"" + written + "\" is not a unit of this kind; taken for " + wanted);
   return wanted;
 }
 

@@ -19,7 +19,7 @@ struct GuessDraft {
   int column(const char* channel) const;
   const std::vector<double>& values(int c) const { return table.column[static_cast<std::size_t>(c)]; }
   const std::string& name(int c) const { return table.name[static_cast<std::size_t>(c)]; }
-  /// The name as a formula has it: in backquotes where it is no word.
+  /// The name as a formula has it: in backquotes where it is not a word.
   std::string quoted(int c) const;
   /// What the source says that a column is, or its name.
   const std::string& known_as(std::size_t c) const;

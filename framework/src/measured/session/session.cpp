@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "measured/readings/bridged_readings.hpp"
 #include "measured/readings/reading_pace.hpp"
@@ -27,21 +26,19 @@ double Session::interpolate_from(std::size_t i, std::size_t channel, double time
   return here + (at(i + 1, channel) - here) * (time - t[i]) / (t[i + 1] - t[i]);
 }
 
-double Session::bridge(std::size_t channel, double time, double until, double longest_gap, double* slope) const {
-  if (slope != nullptr) *slope = 0.0;
+BridgedReading Session::bridge(std::size_t channel, double time, double until, double longest_gap) const {
   std::size_t i = row_before(time + 1e-9);
-  if (i >= rows()) return not_a_number;
+  if (i >= rows()) return {};
   std::size_t next = i + 1;
   while (i > 0 && std::isnan(at(i, channel)) && !is_longer(time - t[i - 1], longest_gap)) --i;
   const double last = at(i, channel);
-  if (std::isnan(last) || is_longer(time - t[i], longest_gap)) return not_a_number;
-  if (time <= t[i] + 1e-9) return last;
+  if (std::isnan(last) || is_longer(time - t[i], longest_gap)) return {};
+  if (time <= t[i] + 1e-9) return {last};
   while (next < rows() && t[next] <= until + 1e-9 && std::isnan(at(next, channel))) ++next;
-  if (next >= rows() || t[next] > until + 1e-9) return last;
-  if (is_longer(t[next] - t[i], longest_gap)) return not_a_number;
+  if (next >= rows() || t[next] > until + 1e-9) return {last};
+  if (is_longer(t[next] - t[i], longest_gap)) return {};
   const double change = (at(next, channel) - last) / (t[next] - t[i]);
-  if (slope != nullptr) *slope = change;
-  return last + change * (time - t[i]);
+  return {last + change * (time - t[i]), change};
 }
 
 namespace {

@@ -11,6 +11,7 @@
 #include "measured/channels.hpp"
 #include "measured/readings/between_rows.hpp"
 #include "measured/readings/bridged_readings.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::measured {
 
@@ -19,6 +20,12 @@ struct Frame {
   double x = 0, y = 0, yaw = 0;
   bool x_given = false, y_given = false, yaw_given = false;
   bool given() const { return x_given || y_given || yaw_given; }
+};
+
+/// A reading between rows, and its change per second: 0 where it is held, missing or stands in a row.
+struct BridgedReading {
+  double value = not_a_number;
+  double slope = 0;
 };
 
 struct Session {
@@ -41,8 +48,8 @@ struct Session {
   double interpolate_from(std::size_t row, std::size_t channel, double time, double longest_gap = even_motion) const;
   /// The reading at a time as rows up to `until` show it: linear between the readings around it, whatever rows without
   /// one lie between, the last one where none follows by then. NaN where the readings around it, or the last one and
-  /// the time, are more than `longest_gap` [s] apart. `slope`, where given, gets the change per second.
-  double bridge(std::size_t channel, double time, double until, double longest_gap, double* slope = nullptr) const;
+  /// the time, are more than `longest_gap` [s] apart.
+  BridgedReading bridge(std::size_t channel, double time, double until, double longest_gap) const;
   /// Index of the last row at or before `time`; rows() when there is none.
   std::size_t row_before(double time) const;
 };

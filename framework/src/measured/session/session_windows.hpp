@@ -39,7 +39,7 @@ inline double slowest_driving(double speed) { return std::max(standing_speed, st
 /// What a car exceeds in 2 % of its windows: not what a wrong reading shows. 0 without any [m/s].
 inline double top_speed(std::vector<double> of_windows) { return lower_quantile(std::move(of_windows), 0.98, 0.0); }
 
-/// Of a car's typical speed: what is slower tells little of headings, slip angles and steering.
+/// Of a car's typical speed: slower driving shows little of headings, slip angles and steering.
 inline constexpr double slow_share = 0.2;
 
 inline constexpr std::size_t least_of_ratio = 10;  // windows that a ratio of channels is the median of

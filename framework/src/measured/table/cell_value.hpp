@@ -1,4 +1,4 @@
-// What one cell of a logger's table says: a number, a truth, a time, or nothing.
+// What one cell of a logger's table says: a number, a truth value, a time, or no value.
 #pragma once
 
 #include <string_view>

@@ -10,7 +10,7 @@
 namespace gripline::measured {
 
 struct DelimitedTable {
-  /// Cells of a column in which something stands that is no number.
+  /// Cells of a column in which something stands that is not a number.
   struct Unread {
     std::size_t cells = 0;
     std::string first;

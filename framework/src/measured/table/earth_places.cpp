@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -15,7 +14,6 @@ namespace gripline::measured {
 namespace {
 
 using std::numbers::pi;
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 void note(std::vector<Finding>& findings, std::string check, std::string found, std::string done) {
   findings.push_back({Finding::Level::note, std::move(check), std::move(found), std::move(done)});
@@ -26,7 +24,7 @@ void drop_places_without_fix(EarthPlaces& places, std::vector<Finding>& findings
   std::size_t dropped = 0;
   for (std::size_t i = 0; i < places.latitude.size(); ++i) {
     if (places.latitude[i] != 0.0 || places.longitude[i] != 0.0) continue;
-    places.latitude[i] = places.longitude[i] = none;
+    places.latitude[i] = places.longitude[i] = not_a_number;
     ++dropped;
   }
   if (dropped > 0)
@@ -94,8 +92,8 @@ PlanePlaces on_plane(EarthPlaces places, const std::filesystem::path& file, std:
   PlanePlaces out;
   for (std::size_t i = 0; i < lat.size(); ++i) {
     const bool known = !std::isnan(lat[i] + lon[i]);
-    out.x.push_back(known ? east * std::remainder(lon[i] - lon[first], 2.0 * pi) : none);
-    out.y.push_back(known ? north * (lat[i] - lat[first]) : none);
+    out.x.push_back(known ? east * std::remainder(lon[i] - lon[first], 2.0 * pi) : not_a_number);
+    out.y.push_back(known ? north * (lat[i] - lat[first]) : not_a_number);
   }
   note(findings, "place", "latitude and longitude", "x to the east and y to the north of the first position");
   return out;

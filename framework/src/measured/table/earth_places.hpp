@@ -19,7 +19,7 @@ struct PlanePlaces {
   std::vector<double> x, y;  // [m] to the east and to the north of the first place
 };
 
-/// Local tangent plane at the first place on the WGS 84 ellipsoid. 0, 0 is no place, nor is what stands there before
+/// Local tangent plane at the first place on the WGS 84 ellipsoid. 0, 0 is not a place, nor is what stands there before
 /// the first fix (placeholder_places.hpp); angles whose unit is not known and that no radians can be are degrees;
 /// `findings` says so. `file` and its lines, one for each row, are for messages.
 /// Throws InputError: no place at all, a latitude beyond a pole.

@@ -25,11 +25,11 @@ constexpr std::array<double, 3> smooth = {0, 0, 0}, everywhere = {1, 1, 1};
 /// Each model of a search that puts effects in, takes them out and exchanges them must beat more than the one before:
 /// else it could go in circles, as it did where the share was of the larger model's evidence.
 TEST(Search, WhatAModelMustBeatRisesWithTheSmallerOne) {
-  for (const bool refined : {false, true})
+  for (const SearchReference along : {SearchReference::first, SearchReference::refined})
     for (std::size_t size = 1; size <= thresholds::max_effects; ++size) {
       double before = -std::numeric_limits<double>::infinity();
       for (double over_null = -50.0; over_null < 1e6; over_null += 1.0 + 0.1 * std::abs(over_null)) {
-        const double required = required_evidence(size, over_null, refined);
+        const double required = required_evidence(size, over_null, along);
         EXPECT_GT(required, 0.0);
         EXPECT_GT(over_null + required, before) << size << ' ' << over_null;
         before = over_null + required;

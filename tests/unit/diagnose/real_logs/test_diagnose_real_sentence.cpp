@@ -45,7 +45,7 @@ TEST(RealSentence, ListsEffectsWithTheirValues) {
 TEST(RealSentence, SaysThatCalibrationTookNothingOff) {
   MissingEffects found = found_with({});
   found.calibrated = 3.1;
-  EXPECT_THAT(text_of(found), StartsWith("Calibrating the world takes nothing off the error of predictions 1 s ahead"));
+  EXPECT_THAT(text_of(found), StartsWith("Calibrating the world does not reduce the error of predictions 1 s ahead"));
 }
 
 TEST(RealSentence, EndsWhereNothingIsLeftBesideNoise) {

@@ -137,7 +137,7 @@ TEST(Diagnoser, TellsThatALogHasNoNoise) {
     log.stretches.push_back(rig.simulate(rig.with("drive_gain", {0.12}), {20, 59, noise}));
     const Diagnosis d = diagnoser.run({&log, 1}, {});
     return std::any_of(d.health.begin(), d.health.end(),
-                       [](const measured::Finding& h) { return h.found.starts_with("none to be seen"); });
+                       [](const measured::Finding& h) { return h.found.starts_with("none measured"); });
   };
   EXPECT_TRUE(told(0.0));
   EXPECT_FALSE(told(1.0));

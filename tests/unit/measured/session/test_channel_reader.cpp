@@ -62,7 +62,7 @@ TEST(ChannelReader, TextWhereNumbersBelongIsSaid) {
       log_with([](std::ostream& out, double t) { out << t << ',' << (t > 9.99 && t < 10.99 ? "10 m/s" : "10"); });
   const SessionFile file = read_session(some, speed_map());
   EXPECT_TRUE(std::isnan(file.session.at(200, Channel::vx)));
-  EXPECT_THAT(notes_of(file), HasSubstr("cells: v: 20 are no numbers, the first \"10 m/s\" in line 202; taken"));
+  EXPECT_THAT(notes_of(file), HasSubstr("cells: v: 20 are not numbers, the first \"10 m/s\" in line 202; taken"));
   const auto all = log_with([](std::ostream& out, double t) { out << t << ",1.0D+01"; });
   EXPECT_THAT(why(all, speed_map()), AllOf(HasSubstr("column v: none of its cells is a number"),
                                            HasSubstr("\"1.0D+01\""), HasSubstr("log.csv:2:")));

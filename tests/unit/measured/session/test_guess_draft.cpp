@@ -32,7 +32,7 @@ TEST(GuessDraft, UnitsOfHeadersAreReadInAnyCaseAndSpelledOut) {
   EXPECT_EQ(find_pointer(guess.map, "/time/column")->text(), "Time");
   EXPECT_EQ(find_pointer(guess.map, "/channels/latitude/column")->text(), "Latitude / Y Position");
   EXPECT_EQ(find_pointer(guess.map, "/channels/vx/unit")->text(), "mph");
-  EXPECT_THAT(guess.remarks, testing::Contains("Steering Angle: the header's \"furlongs\" is no unit of this kind; "
+  EXPECT_THAT(guess.remarks, testing::Contains("Steering Angle: the header's \"furlongs\" is not a unit of this kind; "
                                                "taken for rad"));
   const auto map = scratch("bus.json");
   std::ofstream(map) << to_json_text(guess.map);

@@ -55,7 +55,7 @@ TEST(Session, StampsThatAreRoundedMakeNoGap) {
     if (i % 5 == 1) s.reading[static_cast<std::size_t>(i) * channels + Channel::vx] = 2.0 * s.t.back();
   }
   for (double time = 0.06; time < 9.8; time += 0.05)
-    EXPECT_NEAR(s.bridge(Channel::vx, time, INFINITY, even_motion), 2.0 * time, 1e-9) << time;
+    EXPECT_NEAR(s.bridge(Channel::vx, time, INFINITY, even_motion).value, 2.0 * time, 1e-9) << time;
 }
 
 /// Rows at 4 Hz: none of their commands is held.
@@ -114,15 +114,14 @@ TEST(Session, ReadingsAreBridgedAsFarAsTheyAreKnown) {
   s.reading.assign(s.rows() * channels, not_a_number);
   for (std::size_t i = 0; i < s.rows(); i += 10) s.reading[i * channels + 3] = 0.1 * static_cast<double>(i);
   EXPECT_TRUE(std::isnan(s.interpolate(3, 1.05)));
-  double slope = 0.0;
-  EXPECT_NEAR(s.bridge(3, 1.05, 2.0, 0.5, &slope), 10.5, 1e-9);
-  EXPECT_NEAR(slope, 10.0, 1e-9);
-  EXPECT_NEAR(s.bridge(3, 1.05, 1.09, 0.5, &slope), 10.0, 1e-9);  // the next one is not known yet
-  EXPECT_EQ(slope, 0.0);
-  EXPECT_NEAR(s.bridge(3, 1.1, 1.1, 0.5), 11.0, 1e-9);
-  EXPECT_TRUE(std::isnan(s.bridge(3, 1.05, 2.0, 0.04)));
-  EXPECT_NEAR(s.bridge(3, 3.4, 9.0, 0.5), 30.0, 1e-9);
-  EXPECT_TRUE(std::isnan(s.bridge(3, 4.0, 9.0, 0.5)));
+  EXPECT_NEAR(s.bridge(3, 1.05, 2.0, 0.5).value, 10.5, 1e-9);
+  EXPECT_NEAR(s.bridge(3, 1.05, 2.0, 0.5).slope, 10.0, 1e-9);
+  EXPECT_NEAR(s.bridge(3, 1.05, 1.09, 0.5).value, 10.0, 1e-9);  // the next one is not known yet
+  EXPECT_EQ(s.bridge(3, 1.05, 1.09, 0.5).slope, 0.0);
+  EXPECT_NEAR(s.bridge(3, 1.1, 1.1, 0.5).value, 11.0, 1e-9);
+  EXPECT_TRUE(std::isnan(s.bridge(3, 1.05, 2.0, 0.04).value));
+  EXPECT_NEAR(s.bridge(3, 3.4, 9.0, 0.5).value, 30.0, 1e-9);
+  EXPECT_TRUE(std::isnan(s.bridge(3, 4.0, 9.0, 0.5).value));
 }
 
 TEST(CommandGrid, ACommandThatChangesMoreOftenThanItIsSaidToBeReadStaysAsItStands) {

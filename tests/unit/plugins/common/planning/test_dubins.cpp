@@ -11,6 +11,7 @@ namespace gripline {
 namespace test_dubins {
 
 using planning::DubinsPath;
+using planning::PathPoint;
 using planning::PlanePose;
 
 constexpr double radius = 8.0;
@@ -29,8 +30,7 @@ TEST(Dubins, EveryKindLeadsFromPoseToPoseOnItsRadius) {
       const std::optional<DubinsPath> path = DubinsPath::between(from, to, radius, kind);
       if (!path) continue;
       ++found[kind];
-      double curvature = 0.0;
-      const PlanePose first = path->at(0.0, curvature), last = path->at(path->length(), curvature);
+      const PathPoint first = path->at(0.0), last = path->at(path->length());
       EXPECT_NEAR(std::hypot(first.x - from.x, first.y - from.y), 0.0, 1e-9);
       EXPECT_NEAR(std::hypot(last.x - to.x, last.y - to.y), 0.0, 1e-6) << "kind " << kind;
       EXPECT_NEAR(std::remainder(last.yaw - to.yaw, 2.0 * std::numbers::pi), 0.0, 1e-6) << "kind " << kind;
@@ -40,17 +40,16 @@ TEST(Dubins, EveryKindLeadsFromPoseToPoseOnItsRadius) {
   for (int kind = 0; kind < DubinsPath::kinds; ++kind) EXPECT_GT(found[kind], kind < 2 ? 199 : 50) << "kind " << kind;
 }
 
-/// A step along it moves by that step, and turns by the curvature that is told.
+/// A step along it moves by that step, and turns by the curvature that is stated.
 TEST(Dubins, IsMeasuredByItsLength) {
   const std::optional<DubinsPath> path = DubinsPath::between({0, 0, 0}, {-5, 3, std::numbers::pi}, radius, 4);
   ASSERT_TRUE(path);
   const double step = 0.01;
-  double curvature = 0.0, next = 0.0;
   for (double way = 0.0; way + step < path->length(); way += step) {
-    const PlanePose p = path->at(way, curvature), q = path->at(way + step, next);
+    const PathPoint p = path->at(way), q = path->at(way + step);
     EXPECT_NEAR(std::hypot(q.x - p.x, q.y - p.y), step, 1e-6);
     EXPECT_LE(std::abs(q.yaw - p.yaw), step / radius + 1e-9);
-    EXPECT_NEAR(std::abs(curvature), 1.0 / radius, 1e-12);
+    EXPECT_NEAR(std::abs(p.curvature), 1.0 / radius, 1e-12);
   }
 }
 
