@@ -1,5 +1,5 @@
-// A session of a car that goes round a circle of 20 m at 8 m/s, with noise of 5 mm on its places, for tests of what reads
-// sessions.
+// A session of a car that goes round a circle of 20 m at 8 m/s, with noise of 5 mm on its places, for tests of what
+// reads sessions.
 #pragma once
 
 #include <cmath>

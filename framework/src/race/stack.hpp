@@ -56,8 +56,8 @@ struct StackContext {
   PreparingCallback on_preparing{};  // may be empty
 };
 
-/// What the plugins of a stack are given: of its car by the stack, of all else by the world. The stack adds the callback,
-/// and for each of them nominal model, truth and cache.
+/// What the plugins of a stack are given: of its car by the stack, of all else by the world. The stack adds the
+/// callback, and for each of them nominal model, truth and cache.
 PluginContext plugin_context(const StackSpec& spec, const StackContext& world);
 
 class Stack {

@@ -83,7 +83,7 @@ template <class T>
 struct LaneStates {
   std::vector<T> x, memory;
   /// What the last step's rows show beyond the states, times what is left of their weights; these weights; their
-  /// inverse squares (Sums), times them.
+  /// inverse squares (Lanes::Sums), times them.
   std::vector<T> pending;
 };
 
