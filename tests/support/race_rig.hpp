@@ -1,6 +1,9 @@
 // One race in this process: a small world, a driver, and the files it leaves.
 #pragma once
 
+#include <functional>
+#include <utility>
+
 #include "race/assembly.hpp"
 #include "support/host_support.hpp"
 #include "util/csv.hpp"
@@ -16,9 +19,9 @@ class Race {
 
   WorldSpec& world() { return world_spec_; }
 
-  RunSummary run(void (*on_step)(void*, double) = nullptr, void* context = nullptr) {
+  RunSummary run(std::function<void(double share)> on_progress = {}) {
     RaceAssembly race(world_spec_, stack_spec_, {.seed = seed_, .folder = folder_});
-    race.simulation().on_progress(on_step, context);
+    race.simulation().on_progress(std::move(on_progress));
     return race.run();
   }
   CsvTable steps() const { return read_csv(folder_ / "steps.csv"); }

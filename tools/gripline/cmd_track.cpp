@@ -17,6 +17,7 @@
 #include "geometry/road_reading.hpp"
 #include "geometry/road_smoothing.hpp"
 #include "geometry/road_table.hpp"
+#include "geometry/track_checks.hpp"
 #include "geometry/track_file.hpp"
 #include "gripline/command.hpp"
 #include "gripline/track_picture.hpp"

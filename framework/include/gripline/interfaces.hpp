@@ -11,7 +11,9 @@
 ///   after the other per instance; different instances may be called at the same time.
 /// - An exception derived from std::exception ends the run with the plugin's name, the time and its text; all complete
 ///   rows are kept. A number that is not finite, where one is returned or filled, is treated the same.
-/// - Calls made in every control step (apply, evaluate, update, belief, plan, control, advance) allocate nothing.
+/// - Calls made in every control step (apply, evaluate, update, belief, plan, control, advance) allocate nothing. One
+///   that solves or fits something anew once in many steps (a lap, say), or that calls a solver which allocates by
+///   itself, may; a simulated race waits for it, a car could not.
 /// - Only fixed-layout data crosses: no containers, no ownership. The library that makes an instance destroys it.
 #pragma once
 

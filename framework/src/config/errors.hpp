@@ -79,8 +79,6 @@ class Errors {
 /// Text from outside (keys, paths, messages of plugins), made safe for a terminal: control characters become `\x1b`,
 /// and long texts are cut.
 [[nodiscard]] std::string escape_control(std::string_view text);
-/// The former name of escape_control(), for callers that are not renamed yet.
-[[nodiscard]] inline std::string harmless(std::string_view text) { return escape_control(text); }
 
 /// The candidate most like `name` (fewest insertions, deletions, substitutions and swaps; upper and lower case count
 /// as equal), if one is near enough to be what was meant.

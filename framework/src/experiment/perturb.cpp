@@ -12,6 +12,7 @@
 #include "config/json_file.hpp"
 #include "config/reader.hpp"
 #include "experiment/experiment.hpp"
+#include "geometry/track_checks.hpp"
 
 namespace gripline {
 namespace {

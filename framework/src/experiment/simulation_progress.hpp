@@ -17,12 +17,7 @@ struct SimulationProgress {
   /// The callback is called after every step of the simulation.
   void follow(Simulation& simulation) {
     if (!callback) return;
-    simulation.on_progress(
-        [](void* context, double fraction) {
-          const auto& part = *static_cast<const SimulationProgress*>(context);
-          part.callback(static_cast<double>(part.index) + fraction, part.count, part.what);
-        },
-        this);
+    simulation.on_progress([this](double share) { callback(static_cast<double>(index) + share, count, what); });
   }
 };
 

@@ -67,14 +67,11 @@ RaceSetup setup_of(const RunId& id, const fs::path& folder, RunProgress* progres
   setup.seed = id.seed;
   setup.folder = folder;
   setup.cache_dir = plugin_cache_folder();
-  if (progress != nullptr) {
-    setup.preparing_context = progress;
-    setup.on_preparing = [](void* context, const char* what, double fraction) {
-      auto* const shown = static_cast<RunProgress*>(context);
-      shown->what.set(what != nullptr ? what : "preparing");
-      shown->preparing.store(fraction, std::memory_order_relaxed);
+  if (progress != nullptr)
+    setup.on_preparing = [progress](std::string_view what, double share) {
+      progress->what.set(what);
+      progress->preparing.store(share, std::memory_order_relaxed);
     };
-  }
   return setup;
 }
 
@@ -118,10 +115,7 @@ RunSummary run_here(const RaceSpec& race, const RunId& id, const std::string& ke
     RaceAssembly assembly(world, stack, setup_of(id, partial, progress));
     if (progress != nullptr)
       assembly.simulation().on_progress(
-          [](void* context, double fraction) {
-            static_cast<std::atomic<double>*>(context)->store(fraction, std::memory_order_relaxed);
-          },
-          &progress->fraction);
+          [progress](double share) { progress->fraction.store(share, std::memory_order_relaxed); });
     summary = assembly.run();
     state.reset();
     require_files(partial);

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "config/node.hpp"
+#include "geometry/track_checks.hpp"
 #include "geometry/track_file.hpp"
 #include "geometry/track_import.hpp"
 #include "util/numbers.hpp"

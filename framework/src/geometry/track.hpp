@@ -26,6 +26,10 @@ struct TrackShape {
   std::optional<ClosedPolyline> points = {};                          ///< as in the file, if the road came from points
   bool bridges = false;  ///< where the road crosses itself at an angle, one of the two passes over the other
   std::vector<std::string> remarks = {};  ///< what of the file was changed, a line each
+
+  /// Largest and smallest half width of either side [m].
+  double widest_half() const;
+  double narrowest_half() const;
 };
 
 /// Where a road passes over itself: the stations of both passes [m].
@@ -97,12 +101,5 @@ class Track {
   std::vector<Crossing> crossings_;
   Pose start_;
 };
-
-/// One line saying why `start` cannot be used (off the road, or facing against the direction of travel); empty if it
-/// can.
-std::string check_start(const Track& track, const Pose& start);
-
-/// One line saying that a car of this width [m] does not fit on the road; empty if it does.
-std::string check_car_fits(const Track& track, double car_width);
 
 }  // namespace gripline

@@ -8,6 +8,7 @@
 #include "config/files.hpp"
 #include "config/json_file.hpp"
 #include "config/reader.hpp"
+#include "geometry/track_checks.hpp"
 #include "geometry/track_import.hpp"
 #include "util/numbers.hpp"
 

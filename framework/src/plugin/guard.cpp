@@ -11,12 +11,18 @@ void require_finite(const std::string& who, double t, const char* what, std::ini
 
 std::string describe_place(const LastCall& last) {
   const std::string who = last.who.get();
-  const double t = last.t.load(std::memory_order_relaxed);
   if (who.empty()) return {};
-  if (std::isnan(t)) return " while " + who + " was made";
-  if (std::isinf(t) && t < 0) return "; the plugin made last was " + who;
-  if (std::isinf(t)) return " while " + who + " was destroyed";
-  return format(" at t = %f s; the plugin called last was ", t) + who;
+  switch (last.phase.load(std::memory_order_relaxed)) {
+    case LastCall::Phase::being_made:
+      return " while " + who + " was made";
+    case LastCall::Phase::made:
+      return "; the plugin made last was " + who;
+    case LastCall::Phase::being_destroyed:
+      return " while " + who + " was destroyed";
+    case LastCall::Phase::called:
+      break;
+  }
+  return format(" at t = %f s; the plugin called last was ", last.t.load(std::memory_order_relaxed)) + who;
 }
 
 }  // namespace gripline

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <initializer_list>
 #include <new>
 #include <stdexcept>
@@ -63,16 +64,27 @@ class SharedText {
   std::array<std::atomic<char>, 64> letters_{};
 };
 
-/// Which plugin a process called last, and at which time of the world: for the message when that call ends the process.
+/// What a process did with a plugin last: for the message when that ends the process. One process writes it and another
+/// may read it at any time (shared memory), also after the first was killed.
 struct LastCall {
+  enum class Phase : std::uint8_t { being_made, made, called, being_destroyed };
+
   SharedText who;
-  std::atomic<double> t{NAN};  // [s]; NaN while an instance is made, -infinity since, +infinity while it is destroyed
-  void note(std::string_view name, double time) {
+  std::atomic<Phase> phase{Phase::being_made};
+  std::atomic<double> t{0.0};  // [s] of the world, where the phase is `called`
+
+  /// What has no name is not noted: a stack without an estimator calls one.
+  void note(std::string_view name, Phase reached) {
     if (name.empty()) return;
     who.set(name);
-    t.store(time, std::memory_order_relaxed);
+    phase.store(reached, std::memory_order_relaxed);
+  }
+  void note_call(std::string_view name, double time) {
+    if (!name.empty()) t.store(time, std::memory_order_relaxed);
+    note(name, Phase::called);
   }
 };
+static_assert(std::atomic<LastCall::Phase>::is_always_lock_free && std::atomic<double>::is_always_lock_free);
 
 /// Where guard() notes each call, in memory shared with the waiting process; null: not at all. A process runs one race.
 inline LastCall*& last_call() {
@@ -105,7 +117,7 @@ inline void set_arithmetic_mode(unsigned mode) {
 /// and so does a changed arithmetic mode, which is restored first.
 template <class F>
 decltype(auto) guard(const std::string& who, double t, F&& f) {
-  if (LastCall* const call = last_call(); call != nullptr) call->note(who, t);
+  if (LastCall* const call = last_call(); call != nullptr) call->note_call(who, t);
   const auto fail = [&](const std::string& what) -> PluginFailure {
     return PluginFailure(who + format(" at t = %f s: ", t) + what);
   };

@@ -76,7 +76,7 @@ class Destroyer {
  public:
   Destroyer(const abi::PluginDecl* decl = nullptr) : decl_(decl) {}  // NOLINT(google-explicit-constructor)
   void operator()(void* instance) const {
-    if (LastCall* const call = last_call(); call != nullptr) call->note(decl_->id, INFINITY);
+    if (LastCall* const call = last_call(); call != nullptr) call->note(decl_->id, LastCall::Phase::being_destroyed);
     decl_->destroy(instance);
   }
 
@@ -93,11 +93,11 @@ template <class Interface>
 Instance<Interface> create(const PluginEntry& entry, const PluginContext& context,
                            std::span<const abi::ParamValue> values) {
   const ProcessState state;  // a constructor may change the folder, the locale, what signals do
-  if (LastCall* const call = last_call(); call != nullptr) call->note(entry.decl->id, NAN);
+  if (LastCall* const call = last_call(); call != nullptr) call->note(entry.decl->id, LastCall::Phase::being_made);
   char error[1024] = "";
   void* const raw = entry.decl->create(&context, values.data(), error, sizeof error);
   if (raw == nullptr) throw PluginError(std::string(entry.decl->id) + ": " + error);
-  if (LastCall* const call = last_call(); call != nullptr) call->note(entry.decl->id, -INFINITY);
+  if (LastCall* const call = last_call(); call != nullptr) call->note(entry.decl->id, LastCall::Phase::made);
   return {static_cast<Interface*>(raw), entry.decl};
 }
 

@@ -16,8 +16,7 @@ StackContext stack_context(const World& world, const RaceSetup& setup) {
   context.course = &world.course();
   context.truth = &world.truth();
   context.cache_dir = setup.cache_dir.string();
-  context.progress = setup.on_preparing;
-  context.progress_context = setup.preparing_context;
+  context.on_preparing = setup.on_preparing;
   return context;
 }
 

@@ -14,9 +14,7 @@ struct RaceSetup {
   std::uint64_t seed = 1;
   std::filesystem::path folder{};     ///< where the run's files go, made when absent; empty: none are written
   std::filesystem::path cache_dir{};  ///< where plugins keep expensive results between runs; empty: nothing is kept
-  /// What a plugin computes before the first step and the share of it that is done; may be null.
-  void (*on_preparing)(void* context, const char* what, double fraction) = nullptr;
-  void* preparing_context = nullptr;
+  PreparingCallback on_preparing{};   ///< may be empty
 };
 
 /// What a stack is given of a world that was not made: neither course nor truth is there. For offline work.

@@ -86,19 +86,16 @@ void Metrics::start(bool solved) {
 }
 
 void Metrics::step() {
-  const double dt = world_.spec().dt;
   ++summary_.steps;
   summary_.simulated_s = world_.time();
   factor_.add(factor_of_step_);
   factor_of_step_ = world_.truth().factor();
   if (world_.lap_ended()) lap(*world_.lap_ended());
   visit_slips();
-  if (world_.outside()) summary_.violation_s += dt;
-  if (world_.body_outside()) summary_.violation_body_s += dt;
+  outside_.add(world_);
 }
 
 void Metrics::decision(const StackBelief& belief, std::span<const LinePoint> line, bool solved, double plan_latency) {
-  const double dt = world_.spec().dt;
   summary_.plan_latency_s = std::max(summary_.plan_latency_s, plan_latency);
   if (!solved) ++summary_.solver_failures;
   if (!line.empty()) {
@@ -107,9 +104,8 @@ void Metrics::decision(const StackBelief& belief, std::span<const LinePoint> lin
     if (std::abs(std::tan(world_.place().grade)) > hilly_from) hilly_deviation_.add(distance);
   }
   if (!belief.mu.trusted) return;
-  if (!summary_.violation_after_adapt_s) summary_.violation_after_adapt_s = summary_.violation_body_after_adapt_s = 0.0;
-  if (world_.outside()) *summary_.violation_after_adapt_s += dt;
-  if (world_.body_outside()) *summary_.violation_body_after_adapt_s += dt;
+  if (!outside_after_adapt_) outside_after_adapt_.emplace();
+  outside_after_adapt_->add(world_);
   add_friction_error(belief.mu);
 }
 
@@ -123,13 +119,13 @@ RunSummary Metrics::summary(Status status, std::string message) const {
   }
   if (deviation_.count > 0) out.mean_deviation_m = deviation_.mean();
   if (hilly_deviation_.count > 0) out.hilly_deviation_m = hilly_deviation_.mean();
-  // Sums of dt are whole numbers of steps up to rounding.
-  const double dt = world_.spec().dt;
-  const auto whole = [dt](double time) { return std::round(time / dt) * dt; };
-  out.violation_s = whole(out.violation_s);
-  out.violation_body_s = whole(out.violation_body_s);
-  for (std::optional<double>* time : {&out.violation_after_adapt_s, &out.violation_body_after_adapt_s})
-    if (*time) *time = whole(**time);
+  const auto time = [dt = world_.spec().dt](std::int64_t steps) { return static_cast<double>(steps) * dt; };
+  out.violation_s = time(outside_.centre);
+  out.violation_body_s = time(outside_.body);
+  if (outside_after_adapt_) {
+    out.violation_after_adapt_s = time(outside_after_adapt_->centre);
+    out.violation_body_after_adapt_s = time(outside_after_adapt_->body);
+  }
   if (mu_square_.count > 0) {
     out.mu_rmse = std::sqrt(mu_square_.mean());
     out.mu_bias = bias_.mean();

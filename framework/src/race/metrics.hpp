@@ -61,6 +61,11 @@ class Metrics {
     void add(double value) { sum += value, ++count; }
     double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0.0; }
   };
+  /// Control steps that ended with the centre of gravity, or a corner of the car, outside the road.
+  struct StepsOutside {
+    std::int64_t centre = 0, body = 0;
+    void add(const World& world) { centre += world.outside(), body += world.body_outside(); }
+  };
   void visit_slips();
   void visit_slip(Axle axle);
   void lap(double ended);
@@ -68,6 +73,8 @@ class Metrics {
 
   const World& world_;
   RunSummary summary_;
+  StepsOutside outside_;
+  std::optional<StepsOutside> outside_after_adapt_;  // from the moment on that the estimate is trusted
   double lap_began_ = 0;
   double factor_of_step_;  // friction factor of the step that is driven next; the world shows the one that begins
   Mean factor_, deviation_, hilly_deviation_, mu_square_, visited_square_, bias_;

@@ -126,10 +126,10 @@ std::string Simulation::why(Status ended) const {
 }
 
 void Simulation::tell_progress() const {
-  if (progress_ == nullptr) return;
+  if (!progress_) return;
   const WorldSpec& spec = world_.spec();
   const double laps = world_.covered() / world_.track().length();
-  progress_(progress_context_, std::clamp(spec.laps > 0 ? laps / spec.laps : world_.time() / *spec.duration, 0.0, 1.0));
+  progress_(std::clamp(spec.laps > 0 ? laps / spec.laps : world_.time() / *spec.duration, 0.0, 1.0));
 }
 
 RunSummary Simulation::run() {

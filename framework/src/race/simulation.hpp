@@ -1,6 +1,8 @@
 // Algorithm 1 of the paper: one world, one stack, one rate, a fixed order.
 #pragma once
 
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "race/metrics.hpp"
@@ -30,8 +32,8 @@ class Simulation {
   RunSummary run();
   /// May be null; must outlive the run.
   void observe_with(StepObserver* observer) { observer_ = observer; }
-  /// `on_step` is called after every step with the share of the race that is done, in [0, 1]; may be null.
-  void on_progress(void (*on_step)(void*, double), void* context) { progress_ = on_step, progress_context_ = context; }
+  /// Is called after every step with the share of the race that is done, in [0, 1]; may be empty.
+  void on_progress(std::function<void(double share)> callback) { progress_ = std::move(callback); }
 
   /// The parts of run(), for callers that stop at every step: start() once, then step() any number of times.
   /// Both throw PluginFailure.
@@ -71,8 +73,7 @@ class Simulation {
   StepTiming timing_;
   Sample sample_;
   bool learns_ = true;
-  void (*progress_)(void*, double) = nullptr;
-  void* progress_context_ = nullptr;
+  std::function<void(double)> progress_;
   StepObserver* observer_ = nullptr;
 };
 

@@ -37,6 +37,16 @@ void require_friction(const std::string& who, double t, const Belief& mu) {
                                t, mu.mu_front, mu.mu_rear, mu.sigma_front, mu.sigma_rear));
 }
 
+/// The callback as plugins call it; it must outlive them.
+PluginContext with_progress(PluginContext context, PreparingCallback& callback) {
+  if (!callback) return context;
+  context.progress = [](void* to, const char* what, double fraction) {
+    (*static_cast<PreparingCallback*>(to))(what != nullptr ? what : "preparing", fraction);
+  };
+  context.progress_context = &callback;
+  return context;
+}
+
 void refuse_truth(const PluginSpec& plugin, const Node& node, Errors& errors) {
   if (!plugin.empty() && plugin.entry->needs_truth())
     errors.add(node.origin, "\"" + plugin.id() + "\" is given the ground truth; a stack's nominal model must not be");
@@ -78,8 +88,6 @@ PluginContext plugin_context(const StackSpec& spec, const StackContext& world) {
   context.seed = world.seed;
   context.mu_init = spec.mu_init;
   context.course = world.course;
-  context.progress = world.progress;
-  context.progress_context = world.progress_context;
   return context;
 }
 
@@ -134,7 +142,8 @@ Stack::Stack(const StackSpec& spec, const StackContext& world, const Observation
     : spec_(spec),
       cache_dirs_{cache_of(spec.estimator, world.cache_dir), cache_of(spec.planner, world.cache_dir),
                   cache_of(spec.controller, world.cache_dir)},
-      context_(plugin_context(spec, world)),
+      on_preparing_(world.on_preparing),
+      context_(with_progress(plugin_context(spec, world), on_preparing_)),
       vehicle_(spec.model, context_),
       nominal_(vehicle_.car(), {world.dt, world.hold, spec.model.integration}),
       corrected_(nominal_),

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "car/vehicle.hpp"
@@ -39,6 +41,9 @@ struct StackBelief {
   const TyreCurve* learned;  // null until mu is trusted
 };
 
+/// Is told what a plugin computes before the first step and the share of it that is done, 0 to 1.
+using PreparingCallback = std::function<void(std::string_view what, double share)>;
+
 /// What a stack is given of the world it drives in. `truth` reaches only plugins that declare they need it.
 struct StackContext {
   Car car;
@@ -47,13 +52,12 @@ struct StackContext {
   std::uint64_t seed = 1;
   const Course* course = nullptr;
   const Truth* truth = nullptr;
-  std::string cache_dir;  // empty: nothing is kept; else each library gets a folder of its own in it
-  void (*progress)(void*, const char*, double) = nullptr;
-  void* progress_context = nullptr;
+  std::string cache_dir;             // empty: nothing is kept; else each library gets a folder of its own in it
+  PreparingCallback on_preparing{};  // may be empty
 };
 
-/// What the plugins of a stack are given: of its car by the stack, of all else by the world. Nominal model, truth and
-/// cache are added for each of them.
+/// What the plugins of a stack are given: of its car by the stack, of all else by the world. The stack adds the
+/// callback, and for each of them nominal model, truth and cache.
 PluginContext plugin_context(const StackSpec& spec, const StackContext& world);
 
 class Stack {
@@ -84,6 +88,7 @@ class Stack {
 
   const StackSpec& spec_;
   std::array<std::string, 3> cache_dirs_;  // of estimator, planner, controller, which keep pointers into it
+  PreparingCallback on_preparing_;         // plugins keep pointers to it too
   PluginContext context_;
   Vehicle vehicle_;
   CorrectedModel nominal_;

@@ -59,7 +59,7 @@ struct Shared {
       if (code == task_refused || StopSignal::seen()) break;
     }
   } catch (const std::exception& e) {
-    std::cerr << harmless(e.what()) << '\n';
+    std::cerr << escape_control(e.what()) << '\n';
     // A task that was handed on but not begun is handed on again. Otherwise another worker would fail the same way.
     if (!opened && shared.task[worker].load() != no_task) end = task_again;
   }

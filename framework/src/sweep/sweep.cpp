@@ -124,7 +124,7 @@ Diagnostic told_at_value(Diagnostic one, const Design& design, const TriedSettin
   const auto factor = std::ranges::find(design.factors(), one.pointer, &Factor::pointer);
   if (one.file != "--set" || factor == design.factors().end()) return one;
   const auto number = static_cast<std::size_t>(factor - design.factors().begin());
-  one.message = harmless(setting.values[number]) + ": " + one.message;
+  one.message = escape_control(setting.values[number]) + ": " + one.message;
   if (const std::optional<ListPlace> place = design.place(setting.index, number)) {
     one.file = place->file;
     one.line = place->line;

@@ -65,7 +65,7 @@ int Worker::keep(Attempt attempt, std::size_t index, const std::string& key) con
   record.key = key;
   settle_files(attempt.files, attempt.cut_off ? "" : key);
   if (attempt.cut_off) {
-    std::cerr << "run " << index << ": " << harmless(record.message) << '\n';
+    std::cerr << "run " << index << ": " << escape_control(record.message) << '\n';
     store_.note_missing(key, record.message);
     return task_again;
   }

@@ -7,6 +7,7 @@
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
 #include "geometry/racing_line.hpp"
+#include "geometry/track_checks.hpp"
 #include "geometry/track_file.hpp"
 #include "util/child_process.hpp"
 #include "util/csv.hpp"

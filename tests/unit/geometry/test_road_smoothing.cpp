@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "geometry/track_checks.hpp"
 #include "support/sample_roads.hpp"
 
 namespace gripline {

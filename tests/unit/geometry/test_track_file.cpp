@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "config/json_file.hpp"
+#include "geometry/track_checks.hpp"
 #include "support/paths.hpp"
 #include "util/numbers.hpp"
 

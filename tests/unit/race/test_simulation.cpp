@@ -233,7 +233,7 @@ TEST(Simulation, TellsHowFarItIs) {
   const Folder folder;
   Race race(folder.path());
   std::vector<double> shares;
-  race.run([](void* context, double share) { static_cast<std::vector<double>*>(context)->push_back(share); }, &shares);
+  race.run([&](double share) { shares.push_back(share); });
   ASSERT_EQ(shares.size(), 50u);
   EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
   EXPECT_NEAR(shares.front(), 0.02, 1e-9);

@@ -38,6 +38,50 @@ double Stiffness::lag_at(double v) const {
 }
 
 template <class T>
+void Lanes<T>::set_start(std::size_t lane, const LaneStart& start) {
+  time_[lane] = start.time;
+  read_until_[lane] = start.read_until;
+  set_known_until(lane, start.known_until);
+}
+
+template <class T>
+void Lanes<T>::start_from_log(std::size_t lane, const LaneStart& start) {
+  set_start(lane, start);
+  take_state_of_log(lane);
+  find_next_rows(lane);
+}
+
+template <class T>
+void Lanes<T>::start_from(std::size_t lane, const LaneStart& start, const LaneStates<T>& states, std::size_t row) {
+  set_start(lane, start);
+  const auto copy = [&](const std::vector<T>& rows, std::size_t size, std::vector<T>& to) {
+    std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(row * size), size,
+                to.begin() + static_cast<std::ptrdiff_t>(lane * size));
+  };
+  copy(states.x, channels, x_);
+  copy(states.memory, s_.memory(), memory_);
+  copy(states.pending, pending_size, pending_);
+  find_next_rows(lane);
+}
+
+template <class T>
+void Lanes<T>::append_states(std::size_t lane, LaneStates<T>& to) const {
+  const auto append = [lane](const std::vector<T>& rows, std::size_t size, std::vector<T>& end) {
+    const auto first = rows.begin() + static_cast<std::ptrdiff_t>(lane * size);
+    end.insert(end.end(), first, first + static_cast<std::ptrdiff_t>(size));
+  };
+  append(x_, channels, to.x);
+  append(memory_, s_.memory(), to.memory);
+  append(pending_, pending_size, to.pending);
+}
+
+template <class T>
+void Lanes<T>::keep_first(std::size_t count) {
+  n_ = std::min(n_, count);
+}
+
+/// Commands are known up to `until`, and so is a speed that is prescribed.
+template <class T>
 void Lanes<T>::set_known_until(std::size_t lane, double until) {
   const CommandGrid& all = s_.commands;
   const Session& log = s_.session;
@@ -46,7 +90,7 @@ void Lanes<T>::set_known_until(std::size_t lane, double until) {
   own_[lane].clear();
   own_dual_[lane].clear();
   if (along_log(lane) || !(s_.longest_every() > 0.0)) return;
-  const double begin = time[lane] - s_.look_back - 2.0 * all.dt;
+  const double begin = time_[lane] - s_.look_back - 2.0 * all.dt;
   const auto first = static_cast<std::size_t>(std::max(0.0, std::floor((begin - all.t0) / all.dt)));
   const std::size_t row = std::min(log.row_before(until + 1e-9), log.rows() - 1);
   all.copy_shown(until, log.command[row], first, own_[lane]);
@@ -56,40 +100,43 @@ void Lanes<T>::set_known_until(std::size_t lane, double until) {
 
 template <class T>
 void Lanes<T>::update_place(std::size_t lane) {
-  const T* const row = x.data() + lane * channels;
+  const T* const row = x_.data() + lane * channels;
   if (s_.road != nullptr)
-    at[lane] =
-        s_.road->at(time[lane], value(row[Channel::x]), value(row[Channel::y]), value(row[Channel::yaw]), hint_[lane]);
+    at_[lane] =
+        s_.road->at(time_[lane], value(row[Channel::x]), value(row[Channel::y]), value(row[Channel::yaw]), hint_[lane]);
   else
-    at[lane] = Place{};
-  at[lane].t = time[lane] - s_.session.t.front();
+    at_[lane] = Place{};
+  at_[lane].t = time_[lane] - s_.session.t.front();
 }
 
+/// Of every channel, from the lane's state and time on.
 template <class T>
 void Lanes<T>::find_next_rows(std::size_t lane) {
   for (std::size_t g = 0; g < groups; ++g) {
-    const double shown = time[lane] + value(s_.delay(g));
+    const double shown = time_[lane] + value(s_.delay(g));
     row_[lane * groups + g] = static_cast<std::size_t>(
         std::upper_bound(s_.session.t.begin(), s_.session.t.end(), shown + 1e-9) - s_.session.t.begin());
   }
   const Session& log = s_.session;
-  last_shown_[lane] = log.t[std::min(log.row_before(read_until[lane] + 1e-9), log.rows() - 1)];
+  last_shown_[lane] = log.t[std::min(log.row_before(read_until_[lane] + 1e-9), log.rows() - 1)];
   hint_[lane] = not_a_number;
   for (std::size_t c = 0; c < channels; ++c) {
     std::size_t next = std::max<std::size_t>(1, row_[lane * groups + delay_group[c]]);
-    while (next > 1 && std::isnan(log.at(next - 1, c)) && time[lane] - log.t[next - 1] <= lost_after) --next;
-    last_read_[lane * channels + c] = std::isnan(log.at(next - 1, c)) ? time[lane] - 2.0 * lost_after : log.t[next - 1];
+    while (next > 1 && std::isnan(log.at(next - 1, c)) && time_[lane] - log.t[next - 1] <= lost_after) --next;
+    last_read_[lane * channels + c] =
+        std::isnan(log.at(next - 1, c)) ? time_[lane] - 2.0 * lost_after : log.t[next - 1];
   }
   update_place(lane);
 }
 
+/// The measured state at the lane's time, memory steady, nothing pending.
 template <class T>
-void Lanes<T>::start_from_log(std::size_t lane) {
-  T* const row = x.data() + lane * channels;
+void Lanes<T>::take_state_of_log(std::size_t lane) {
+  T* const row = x_.data() + lane * channels;
   Row<T> target{};
   for (std::size_t c = 0; c < channels; ++c) {
-    const T shown = s_.delay(delay_group[c]) + time[lane];
-    const std::size_t last = std::min(s_.session.row_before(read_until[lane]), s_.session.rows() - 1);
+    const T shown = s_.delay(delay_group[c]) + time_[lane];
+    const std::size_t last = std::min(s_.session.row_before(read_until_[lane]), s_.session.rows() - 1);
     std::size_t i = s_.session.row_before(value(shown) + 1e-9);
     if (i >= s_.session.rows()) i = 0;
     i = std::min(i, last);
@@ -106,32 +153,32 @@ void Lanes<T>::start_from_log(std::size_t lane) {
     }
     row[c] = target[c];
   }
-  std::fill_n(pending.begin() + static_cast<std::ptrdiff_t>(lane * pending_size), pending_size, T(0));
+  std::fill_n(pending_.begin() + static_cast<std::ptrdiff_t>(lane * pending_size), pending_size, T(0));
   update_place(lane);
-  for (int i = 0; i < 8; ++i) s_.approach(row, target, s_.read(row, at[lane]));
+  for (int i = 0; i < 8; ++i) s_.approach(row, target, s_.read(row, at_[lane]));
   if (s_.memory() == 0) return;
   // Steady memory for what is measured, by values: it is forgotten during the pre-roll.
   std::vector<double> motion(channels), steady(s_.memory());
   for (std::size_t c = 0; c < channels; ++c) motion[c] = value(row[c]);
-  const History<double> past = history<double>(lane, time[lane]);
+  const History<double> past = history<double>(lane, time_[lane]);
   const auto now = past.at(0.0);
   const ActingCommand<double> command{now.d, now.delta, now.delta_rate};
   CarBatch<double> batch;
   batch.n = 1;
   batch.motion = motion.data();
   batch.command = &command;
-  batch.at = &at[lane];
+  batch.at = &at_[lane];
   batch.history = &past;
   batch.params = s_.car_values;
   s_.car.start_memory(batch, steady.data());
-  std::copy(steady.begin(), steady.end(), memory.begin() + static_cast<std::ptrdiff_t>(lane * s_.memory()));
+  std::copy(steady.begin(), steady.end(), memory_.begin() + static_cast<std::ptrdiff_t>(lane * s_.memory()));
 }
 
 template <class T>
 void Lanes<T>::set_commands(double elapsed) {
-  for (std::size_t i = 0; i < n; ++i) {
-    history_[i] = history<T>(i, time[i] + elapsed);
-    const auto now = history<double>(i, time[i] + elapsed).at(0.0);
+  for (std::size_t i = 0; i < n_; ++i) {
+    history_[i] = history<T>(i, time_[i] + elapsed);
+    const auto now = history<double>(i, time_[i] + elapsed).at(0.0);
     command_[i] = {T(now.d), T(now.delta), T(now.delta_rate)};
   }
 }
@@ -139,18 +186,18 @@ void Lanes<T>::set_commands(double elapsed) {
 template <class T>
 void Lanes<T>::evaluate_rates(bool begin) {
   CarBatch<T> batch;
-  batch.n = n;
+  batch.n = n_;
   batch.motion = stage_x_.data();
   batch.command = command_.data();
   batch.memory = stage_m_.data();
-  batch.at = at.data();
+  batch.at = at_.data();
   batch.params = s_.car_params;
   batch.history = history_.data();
   batch.motion_rate = rate_.data();
   batch.memory_rate = rate_m_.data();
   s_.car.rates(batch, scratch_);
   if (s_.session.prescribed_speed)
-    for (std::size_t i = 0; i < n; ++i) prescribe_speed(i);
+    for (std::size_t i = 0; i < n_; ++i) prescribe_speed(i);
   if (begin) first_rate_ = rate_;
 }
 
@@ -160,7 +207,7 @@ void Lanes<T>::prescribe_speed(std::size_t lane) {
   // A straight line over gaps says how fast the car went, whatever it did.
   constexpr double longest_gap = 10.0;  // [s]
   const Session& log = s_.session;
-  const T shown = time[lane] + step_ + s_.delay(delay_group[Channel::vx]);
+  const T shown = time_[lane] + step_ + s_.delay(delay_group[Channel::vx]);
   double until = known_until_[lane];
   if (along_log(lane)) {  // what is kept for a start must not have seen rows after it
     const std::size_t row = log.row_before(value(shown) + 1e-9);
@@ -179,11 +226,12 @@ void Lanes<T>::prescribe_speed(std::size_t lane) {
   rate_[i] = (target - begin_[i]) * (1.0 / step_);
 }
 
+/// As many as the slowest lane needs.
 template <class T>
 int Lanes<T>::substeps_for(double h) const {
   double slowest = 1e9, lag = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double v = std::abs(value(x[i * channels + Channel::vx]));
+  for (std::size_t i = 0; i < n_; ++i) {
+    const double v = std::abs(value(x_[i * channels + Channel::vx]));
     slowest = std::min(slowest, std::max(v, s_.options.v_min));
     lag = std::max(lag, s_.stiff.lag_at(v));
   }
@@ -194,20 +242,26 @@ int Lanes<T>::substeps_for(double h) const {
 }
 
 template <class T>
-int Lanes<T>::advance(double h, int substeps) {
-  for (std::size_t i = 0; i < n; ++i) update_place(i);
-  begin_ = x;
+int Lanes<T>::advance(double h) {
+  const int substeps = substeps_for(h);
+  advance(h, substeps);
+  return substeps;
+}
+
+template <class T>
+void Lanes<T>::advance(double h, int substeps) {
+  for (std::size_t i = 0; i < n_; ++i) update_place(i);
+  begin_ = x_;
   step_ = h;
-  if (substeps == 0) substeps = substeps_for(h);
   const double step = h / substeps;
-  const std::size_t states = n * channels, memories = n * s_.memory();
+  const std::size_t states = n_ * channels, memories = n_ * s_.memory();
   // Not by a Stepper: rates follow a prescribed speed, and of the stages before only the last one's are kept, from
   // which each stage starts: a_ij = 0 but for j = i - 1, where it is c_i.
   static const Tableau& rk4 = *find_tableau("rk4");
   const auto node = rk4.c, weight = rk4.b;
   for (int sub = 0; sub < substeps; ++sub) {
-    x_start_ = x;
-    m_start_ = memory;
+    x_start_ = x_;
+    m_start_ = memory_;
     for (std::size_t stage = 0; stage < 4; ++stage) {
       if (stage == 0) {
         stage_x_ = x_start_;
@@ -218,21 +272,20 @@ int Lanes<T>::advance(double h, int substeps) {
       }
       if (stage == 0 || node[stage] != node[stage - 1]) set_commands((sub + node[stage]) * step);
       evaluate_rates(sub == 0 && stage == 0);
-      for (std::size_t i = 0; i < states; ++i) x[i] += rate_[i] * (weight[stage] * step);
-      for (std::size_t i = 0; i < memories; ++i) memory[i] += rate_m_[i] * (weight[stage] * step);
+      for (std::size_t i = 0; i < states; ++i) x_[i] += rate_[i] * (weight[stage] * step);
+      for (std::size_t i = 0; i < memories; ++i) memory_[i] += rate_m_[i] * (weight[stage] * step);
     }
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    time[i] += h;
+  for (std::size_t i = 0; i < n_; ++i) {
+    time_[i] += h;
     limit_when_slow(i);
   }
-  return substeps;
 }
 
 /// Tyres that roll slowly do not slip: the yaw rate cannot exceed what full lock gives, and brakes do not drive back.
 template <class T>
 void Lanes<T>::limit_when_slow(std::size_t lane) {
-  T* const now = x.data() + lane * channels;
+  T* const now = x_.data() + lane * channels;
   const T* const then = begin_.data() + lane * channels;
   if (value(then[Channel::vx]) > 0.0 && value(now[Channel::vx]) < 0.0 && value(command_[lane].d) <= 0.0)
     now[Channel::vx] = T(0);
@@ -251,7 +304,7 @@ void Lanes<T>::interpolate(std::size_t lane, const T& share, T* state) const {
   for (std::size_t c = 0; c < channels; ++c) {
     const std::size_t i = lane * channels + c;
     const T along = first_rate_[i] * step_;
-    state[c] = begin_[i] + share * (along + share * (x[i] - begin_[i] - along));
+    state[c] = begin_[i] + share * (along + share * (x_[i] - begin_[i] - along));
   }
 }
 
@@ -260,9 +313,9 @@ void Lanes<T>::interpolate(std::size_t lane, const T& share, T* state) const {
 // the end of a step.
 template <class T>
 void Lanes<T>::correct(double h) {
-  for (std::size_t lane = 0; lane < n; ++lane) {
-    T* const rest = pending.data() + lane * pending_size;
-    const T* const row = x.data() + lane * channels;
+  for (std::size_t lane = 0; lane < n_; ++lane) {
+    T* const rest = pending_.data() + lane * pending_size;
+    const T* const row = x_.data() + lane * channels;
     const bool due = any_due(lane);
     const StepInnovations& seen = due ? collect_innovations(lane, h) : no_innovations_;
     if (due) reset_lost_channels(lane);
@@ -271,7 +324,7 @@ void Lanes<T>::correct(double h) {
       std::fill_n(rest, pending_size, T(0));
       continue;
     }
-    const Row<T> before = s_.read(row, at[lane]);
+    const Row<T> before = s_.read(row, at_[lane]);
     Row<T> target = before;
     bool any = false;
     for (std::size_t c = 0; c < channels; ++c) {
@@ -286,7 +339,7 @@ void Lanes<T>::correct(double h) {
     }
     if (any) apply_gains(lane, before, target);
     follow_when_slow(lane, h, seen, before);
-    const Row<T> after = s_.read(row, at[lane]);
+    const Row<T> after = s_.read(row, at_[lane]);
     for (std::size_t c = 0; c < channels; ++c) {
       rest[c] = seen.later.innovation[c] - seen.later.weight[c] * (after[c] - before[c]);
       rest[channels + c] = seen.later.weight[c];
@@ -302,16 +355,16 @@ void Lanes<T>::reset_lost_channels(std::size_t lane) {
   bool any = false;
   for (std::size_t c = 0; c < channels; ++c) {
     if (std::isnan(value(innovations_.last[c]))) continue;
-    const double now = time[lane] + value(s_.delay(delay_group[c]));
+    const double now = time_[lane] + value(s_.delay(delay_group[c]));
     double& last = last_read_[lane * channels + c];
     fresh[c] = now - last > lost_after;
     any = any || fresh[c];
     last = now;
   }
   if (!any) return;
-  T* const row = x.data() + lane * channels;
-  T* const rest = pending.data() + lane * pending_size;
-  const Row<T> before = s_.read(row, at[lane]);
+  T* const row = x_.data() + lane * channels;
+  T* const rest = pending_.data() + lane * pending_size;
+  const Row<T> before = s_.read(row, at_[lane]);
   Row<T> target = before;
   for (std::size_t c = 0; c < channels; ++c)
     if (fresh[c]) target[c] += innovations_.last[c];
@@ -342,7 +395,7 @@ bool Lanes<T>::any_due(std::size_t lane) const {
   for (std::size_t g = 0; g < groups; ++g) {
     const std::size_t row = row_[lane * groups + g];
     if (row >= log.rows()) continue;
-    if (log.t[row] <= time[lane] + value(s_.delay(g)) + 1e-9 && log.t[row] <= read_until[lane] + 1e-9) return true;
+    if (log.t[row] <= time_[lane] + value(s_.delay(g)) + 1e-9 && log.t[row] <= read_until_[lane] + 1e-9) return true;
   }
   return false;
 }
@@ -366,9 +419,9 @@ const typename Lanes<T>::StepInnovations& Lanes<T>::collect_innovations(std::siz
     // Channels of one clock are read together.
     next = g + 1;
     while (next < groups && row_[lane * groups + next] == row && same(s_.delay(next), s_.delay(g))) ++next;
-    const double end = time[lane] + value(s_.delay(g));
-    for (; row < log.rows() && log.t[row] <= end + 1e-9 && log.t[row] <= read_until[lane] + 1e-9; ++row) {
-      const T share = (T(log.t[row] - (time[lane] - h)) - s_.delay(g)) * (1.0 / h);
+    const double end = time_[lane] + value(s_.delay(g));
+    for (; row < log.rows() && log.t[row] <= end + 1e-9 && log.t[row] <= read_until_[lane] + 1e-9; ++row) {
+      const T share = (T(log.t[row] - (time_[lane] - h)) - s_.delay(g)) * (1.0 / h);
       const Row<T> shown = reading_at(lane, share);
       const T late = eased(share), soon = 1.0 - late;
       for (std::size_t c = 0; c < channels; ++c) {
@@ -406,10 +459,10 @@ T Lanes<T>::log_at(std::size_t lane, std::size_t channel, const T& shown) const 
 template <class T>
 Row<T> Lanes<T>::state_of(std::size_t lane, const Row<T>& now, const Row<T>& shown) const {
   Row<T> z{}, reads = now;
-  std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(lane * channels), channels, z.begin());
+  std::copy_n(x_.begin() + static_cast<std::ptrdiff_t>(lane * channels), channels, z.begin());
   // Of a sensor whose scale is wrong the third pass leaves the cube of its error.
   for (int i = 0; i < 3; ++i) {
-    if (i > 0) reads = s_.read(z.data(), at[lane]);
+    if (i > 0) reads = s_.read(z.data(), at_[lane]);
     s_.approach(z.data(), shown, reads);
   }
   return z;
@@ -417,9 +470,9 @@ Row<T> Lanes<T>::state_of(std::size_t lane, const Row<T>& now, const Row<T>& sho
 
 template <class T>
 void Lanes<T>::apply_gains(std::size_t lane, const Row<T>& now, const Row<T>& target) {
-  T* const row = x.data() + lane * channels;
+  T* const row = x_.data() + lane * channels;
   const Row<T> z = state_of(lane, now, target);
-  T* const remembered = memory.data() + lane * s_.memory();
+  T* const remembered = memory_.data() + lane * s_.memory();
   T *const steer = remembered + s_.steer_memory, *const force = remembered + s_.force_memory;
   const auto moved = [&](std::size_t c) { return z[c] - row[c]; };
   const T turn = s_[ForecastParameter::gain_yaw_rate] * moved(Channel::yaw_rate) +
@@ -443,7 +496,7 @@ T Lanes<T>::speed_of(std::size_t lane, const T& shown) const {
   constexpr double old = 0.3;  // [s]
   T v = log_at(lane, Channel::vx, shown);
   if (std::isnan(value(v))) v = T(s_.session.bridge(Channel::vx, value(shown), value(shown), old).value);
-  if (std::isnan(value(v))) v = x[lane * channels + Channel::vx];
+  if (std::isnan(value(v))) v = x_[lane * channels + Channel::vx];
   return value(v) < 0.0 ? -v : v;
 }
 
@@ -456,18 +509,18 @@ void Lanes<T>::follow_when_slow(std::size_t lane, double h, const StepInnovation
   const Session& log = s_.session;
   const double last = last_shown_[lane];
   const auto shown_at = [&](std::size_t g) {
-    const T now = time[lane] + s_.delay(g);
+    const T now = time_[lane] + s_.delay(g);
     return value(now) < last ? now : T(last);
   };
   const T v = speed_of(lane, shown_at(delay_group[Channel::vx]));
   if (!(value(v) < 1.25 * s_.options.v_min)) return;
   const T slow = eased((1.25 * s_.options.v_min - v) * (1.0 / (0.25 * s_.options.v_min)));
-  Row<T> target = s_.read(x.data() + lane * channels, at[lane]);
+  Row<T> target = s_.read(x_.data() + lane * channels, at_[lane]);
   const Row<T> now = target;
   T most(0);
   for (std::size_t g = 0; g < groups; ++g) {
     // Of a step in which the log ends for this start: what it showed then, and the model's way from there.
-    const T left = (T(last - (time[lane] - h)) - s_.delay(g)) * (1.0 / h);
+    const T left = (T(last - (time_[lane] - h)) - s_.delay(g)) * (1.0 / h);
     if (!(value(left) > 0.0)) continue;
     const T weight = slow * eased(left);
     if (value(weight) > value(most)) most = weight;
@@ -488,8 +541,8 @@ void Lanes<T>::follow_when_slow(std::size_t lane, double h, const StepInnovation
   }
   if (!(value(most) > 0.0)) return;
   const Row<T> z = state_of(lane, now, target);
-  std::copy(z.begin(), z.end(), x.begin() + static_cast<std::ptrdiff_t>(lane * channels));
-  T* const remembered = memory.data() + lane * s_.memory();
+  std::copy(z.begin(), z.end(), x_.begin() + static_cast<std::ptrdiff_t>(lane * channels));
+  T* const remembered = memory_.data() + lane * s_.memory();
   for (const std::size_t disturbance : {s_.steer_memory, s_.force_memory}) remembered[disturbance] *= 1.0 - most;
 }
 

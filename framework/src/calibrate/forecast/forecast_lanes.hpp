@@ -77,19 +77,37 @@ struct Setting {
   }
 };
 
-/// n copies of the car, each at its own time of the log.
+/// States of lanes at some moments, a row for each.
+template <class T>
+struct LaneStates {
+  std::vector<T> x, memory;
+  /// What the last step's rows show beyond the states, times what is left of their weights; these weights; their
+  /// inverse squares (Lanes::Sums), times them.
+  std::vector<T> pending;
+};
+
+/// Where a lane begins [s], and how far it may look. Where commands are known further than rows are read it predicts,
+/// else it goes along the log.
+struct LaneStart {
+  double time = 0;         // of the car
+  double read_until = 0;   // rows after this are not looked at
+  double known_until = 0;  // commands are known so far, and so is a speed that is prescribed
+};
+
+/// n copies of the car, each at its own time of the log. Every lane is to be started before the first step.
 template <class T>
 class Lanes {
  public:
+  /// The setting must outlive it.
   Lanes(const Setting<T>& setting, std::size_t n)
-      : n(n),
-        x(n * channels),
-        memory(n * setting.memory()),
-        pending(n * pending_size),
-        time(n),
-        read_until(n),
-        at(n),
-        s_(setting),
+      : s_(setting),
+        n_(n),
+        x_(n * channels),
+        memory_(n * setting.memory()),
+        pending_(n * pending_size),
+        time_(n),
+        read_until_(n),
+        at_(n),
         begin_(n * channels),
         first_rate_(n * channels),
         known_until_(n),
@@ -108,34 +126,36 @@ class Lanes {
     history_.resize(n);
   }
 
-  std::size_t n;  // those that move: the first, where it was made less
-  std::vector<T> x, memory;
-  /// By lane: what the last step's rows show beyond the states, times what is left of their weights; these weights;
-  /// their inverse squares (Sums), times them.
-  std::vector<T> pending;
-  std::vector<double> time;        // of the car
-  std::vector<double> read_until;  // rows after this are not looked at
-  std::vector<Place> at;
-
   /// Puts a lane on the measured state at its time, memory steady.
-  void start_from_log(std::size_t lane);
-  /// Of a lane whose time and read_until are set: commands are known up to `until`, and so is a speed that is
-  /// prescribed. Where they are known further than rows are read the lane predicts, else it goes along the log.
-  void set_known_until(std::size_t lane, double until);
-  /// To be called once x, memory and time of a lane are set: finds the next row of every channel.
-  void find_next_rows(std::size_t lane);
-  /// One step of all lanes, in so many substeps; 0: as many as the slowest lane needs. Returns how many.
-  int advance(double h, int substeps = 0);
+  void start_from_log(std::size_t lane, const LaneStart& start);
+  /// Puts a lane on states that were kept, those of a row.
+  void start_from(std::size_t lane, const LaneStart& start, const LaneStates<T>& states, std::size_t row);
+  /// Keeps the states of a lane for start_from().
+  void append_states(std::size_t lane, LaneStates<T>& to) const;
+  /// The lanes behind the first `count` move no more, nor do they decide on substeps.
+  void keep_first(std::size_t count);
+  /// How many lanes move.
+  std::size_t size() const { return n_; }
+  double time(std::size_t lane) const { return time_[lane]; }
+
+  /// One step of all lanes, `h` [s] long, in as many substeps as the slowest lane needs; returns how many.
+  int advance(double h);
+  /// The same in so many substeps, 1 or more.
+  void advance(double h, int substeps);
   /// Lets the rows that fell into the step just made move the states.
   void correct(double h);
   /// Readings at a time inside the step just made.
   Row<T> reading_at(std::size_t lane, const T& share) const {
     T state[channels];
     interpolate(lane, share, state);
-    return s_.read(state, at[lane]);
+    return s_.read(state, at_[lane]);
   }
 
  private:
+  void set_start(std::size_t lane, const LaneStart& start);
+  void set_known_until(std::size_t lane, double until);
+  void take_state_of_log(std::size_t lane);
+  void find_next_rows(std::size_t lane);
   int substeps_for(double h) const;
   void set_commands(double elapsed);
   void evaluate_rates(bool begin);
@@ -158,7 +178,7 @@ class Lanes {
   void reset_lost_channels(std::size_t lane);
   bool any_due(std::size_t lane) const;
   std::size_t row_at(std::size_t lane, std::size_t group, double time) const;
-  bool along_log(std::size_t lane) const { return known_until_[lane] <= read_until[lane]; }
+  bool along_log(std::size_t lane) const { return known_until_[lane] <= read_until_[lane]; }
   T log_at(std::size_t lane, std::size_t channel, const T& shown) const;
   double inverse_square_of(std::size_t row, std::size_t channel) const {
     return s_.jumped[row] != 0 ? 1.0 / (s_.cauchy_scale[channel] * s_.cauchy_scale[channel]) : 0.0;
@@ -191,6 +211,10 @@ class Lanes {
   }
 
   const Setting<T>& s_;
+  std::size_t n_;                          // those that move: the first
+  std::vector<T> x_, memory_, pending_;    // by lane, as in LaneStates
+  std::vector<double> time_, read_until_;  // [s]
+  std::vector<Place> at_;
   std::vector<T> begin_, first_rate_, stage_x_, rate_, x_start_, stage_m_, rate_m_, m_start_;
   std::vector<ActingCommand<T>> command_;
   std::vector<History<T>> history_;

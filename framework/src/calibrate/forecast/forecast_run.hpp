@@ -22,10 +22,10 @@ struct Stretch {
 template <class T>
 struct Block {
   std::size_t stretch = 0;
-  std::size_t begin = 0;              // grid point where the observer begins, whatever the delays
-  double slowest = 0;                 // [m/s] about the least speed on the way
-  std::vector<std::size_t> kept;      // grid points, rising
-  std::vector<T> x, memory, pending;  // a row for each of them
+  std::size_t begin = 0;          // grid point where the observer begins, whatever the delays
+  double slowest = 0;             // [m/s] about the least speed on the way
+  std::vector<std::size_t> kept;  // grid points, rising
+  LaneStates<T> states;           // a row for each of them
 };
 
 /// To be called in this order: observe(), then predict() for the same starts. Holds a reference to its setting.
@@ -124,7 +124,7 @@ class ForecastRun {
         if (back < 0.0) continue;
         const std::size_t k = grid_point(stretches_[i], back), shown = shown_at(stretches_[i], start);
         const std::size_t begin = std::min(k, shown - std::min(shown, pre));
-        Block<T>& block = blocks_.try_emplace(key_of(i, start), Block<T>{i, begin, 0, {}, {}, {}, {}}).first->second;
+        Block<T>& block = blocks_.try_emplace(key_of(i, start), Block<T>{i, begin, 0, {}, {}}).first->second;
         block.begin = std::min(block.begin, begin);
         block.kept.push_back(k);
       }
@@ -132,9 +132,9 @@ class ForecastRun {
     for (auto& [where, block] : blocks_) {
       std::sort(block.kept.begin(), block.kept.end());
       block.kept.erase(std::unique(block.kept.begin(), block.kept.end()), block.kept.end());
-      block.x.reserve(block.kept.size() * channels);
-      block.memory.reserve(block.kept.size() * s_.memory());
-      block.pending.reserve(block.kept.size() * pending_size);
+      block.states.x.reserve(block.kept.size() * channels);
+      block.states.memory.reserve(block.kept.size() * s_.memory());
+      block.states.pending.reserve(block.kept.size() * pending_size);
     }
   }
 
@@ -196,36 +196,26 @@ class ForecastRun {
     const std::size_t most = steps_of(wanted.front());
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       const Block<T>& block = *wanted[i];
-      lanes.time[i] = stretches_[block.stretch].begin + static_cast<double>(block.begin) * h;
-      lanes.read_until[i] = stretches_[block.stretch].end;
-      lanes.set_known_until(i, lanes.read_until[i]);
-      lanes.start_from_log(i);
-      lanes.find_next_rows(i);
+      const Stretch& stretch = stretches_[block.stretch];
+      lanes.start_from_log(i, {stretch.begin + static_cast<double>(block.begin) * h, stretch.end, stretch.end});
     }
     for (std::size_t step = 0;; ++step) {
-      for (std::size_t i = 0; i < lanes.n; ++i) {
+      for (std::size_t i = 0; i < lanes.size(); ++i) {
         Block<T>& block = *wanted[i];
         if (next[i] == block.kept.size() || block.kept[next[i]] != block.begin + step) continue;
-        save_states(lanes, i, block);
+        lanes.append_states(i, block.states);
         ++next[i];
       }
       if (step == most) return;
-      if (substeps.given != nullptr)
-        while (steps_of(wanted[lanes.n - 1]) <= step) --lanes.n;
-      const int taken = lanes.advance(h, substeps.given != nullptr ? (*substeps.given)[step] : 0);
-      if (substeps.recorded != nullptr) substeps.recorded->push_back(taken);
+      if (substeps.given != nullptr) {
+        while (steps_of(wanted[lanes.size() - 1]) <= step) lanes.keep_first(lanes.size() - 1);
+        lanes.advance(h, (*substeps.given)[step]);
+      } else {
+        const int taken = lanes.advance(h);
+        if (substeps.recorded != nullptr) substeps.recorded->push_back(taken);
+      }
       lanes.correct(h);
     }
-  }
-
-  void save_states(const Lanes<T>& lanes, std::size_t i, Block<T>& to) const {
-    const auto append = [i](const std::vector<T>& rows, std::size_t size, std::vector<T>& end) {
-      const auto first = rows.begin() + static_cast<std::ptrdiff_t>(i * size);
-      end.insert(end.end(), first, first + static_cast<std::ptrdiff_t>(size));
-    };
-    append(lanes.x, channels, to.x);
-    append(lanes.memory, s_.memory(), to.memory);
-    append(lanes.pending, pending_size, to.pending);
   }
 
   /// Puts lane i where the observer was last before a start that predicts `last` seconds ahead.
@@ -234,24 +224,14 @@ class ForecastRun {
     const Stretch& from = stretches_[stretch];
     const double back = steps_before(from, start, start + last);
     const std::size_t k = grid_point(from, back);
-    lanes.read_until[i] = start;
-    lanes.time[i] = from.begin + static_cast<double>(k) * s_.options.step;
-    lanes.set_known_until(i, start + last);
+    const LaneStart begin{from.begin + static_cast<double>(k) * s_.options.step, start, start + last};
     if (back < 0.0) {  // what is kept there has seen later rows
-      lanes.start_from_log(i);
-    } else {
-      const Block<T>& block = blocks_.at(key_of(stretch, start));
-      const auto row =
-          static_cast<std::size_t>(std::lower_bound(block.kept.begin(), block.kept.end(), k) - block.kept.begin());
-      const auto copy = [i, row](const std::vector<T>& rows, std::size_t size, std::vector<T>& to) {
-        std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(row * size), size,
-                    to.begin() + static_cast<std::ptrdiff_t>(i * size));
-      };
-      copy(block.x, channels, lanes.x);
-      copy(block.memory, s_.memory(), lanes.memory);
-      copy(block.pending, pending_size, lanes.pending);
+      lanes.start_from_log(i, begin);
+      return;
     }
-    lanes.find_next_rows(i);
+    const Block<T>& block = blocks_.at(key_of(stretch, start));
+    const auto row = std::lower_bound(block.kept.begin(), block.kept.end(), k) - block.kept.begin();
+    lanes.start_from(i, begin, block.states, static_cast<std::size_t>(row));
   }
 
   void predict(const Starts& starts, Horizons horizons, std::span<const std::size_t> which,
@@ -263,7 +243,7 @@ class ForecastRun {
     for (std::size_t i = 0; i < which.size(); ++i) {
       const double start = starts.time[which[i]];
       start_lane(lanes, i, start, last);
-      const double until = start + last - earliest_ - lanes.time[i];
+      const double until = start + last - earliest_ - lanes.time(i);
       steps = std::max(steps, static_cast<std::size_t>(std::ceil(until / h - 1e-9)));
     }
     for (std::size_t step = 0; step < steps; ++step) {
@@ -280,9 +260,9 @@ class ForecastRun {
   void write_readings(const Lanes<T>& lanes, std::size_t i, double time, T* out) const {
     const double h = s_.options.step;
     for (std::size_t g = 0; g < groups; ++g) {
-      const double from_end = lanes.time[i] - (time - value(s_.delay(g)));
+      const double from_end = lanes.time(i) - (time - value(s_.delay(g)));
       if (from_end < -1e-9 || from_end >= h - 1e-9) continue;
-      const T share = (T(time - (lanes.time[i] - h)) - s_.delay(g)) * (1.0 / h);
+      const T share = (T(time - (lanes.time(i) - h)) - s_.delay(g)) * (1.0 / h);
       const Row<T> shown = lanes.reading_at(i, share);
       for (std::size_t c = 0; c < channels; ++c)
         if (delay_group[c] == g) out[c] = shown[c];

@@ -70,6 +70,11 @@ struct ForecastOptions {
 struct Starts {
   std::vector<double> time;      // [s]
   std::vector<double> horizons;  // [s], rising
+
+  /// Where the six readings of a start at a horizon begin in what is predicted for them.
+  std::size_t reading_index(std::size_t start, std::size_t horizon) const {
+    return (start * horizons.size() + horizon) * channels;
+  }
 };
 
 /// Substeps that an observer took, by group of lanes and by step. The slowest lane of a group decides on them for all,

@@ -3,36 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
-#include "util/numbers.hpp"
+#include "support/circling_session.hpp"
 
 namespace gripline::measured {
 namespace test_log_outliers {
 
-/// A car on a circle with noise of 5 mm, 60 s; places are read in every `every`-th row.
-Session circling(double dt, std::size_t every = 1) {
-  std::mt19937 random(5);
-  std::normal_distribution<double> noise(0.0, 0.005);
-  Session s;
-  constexpr double speed = 8.0, radius = 20.0;
-  for (double t = 0.0; t < 60.0; t += dt) {
-    const double yaw = speed * t / radius;
-    const bool read = s.t.size() % every == 0;
-    const double x = radius * std::sin(yaw) + noise(random), y = radius - radius * std::cos(yaw) + noise(random);
-    s.t.push_back(t);
-    for (const double value : {read ? x : not_a_number, read ? y : not_a_number, yaw, speed, 0.0, speed / radius})
-      s.reading.push_back(value);
-    s.command.push_back({});
-  }
-  s.has.fill(true);
-  return s;
-}
+using test::circling_session;
 
 std::size_t dropped_of(Session s) { return drop_place_spikes(s); }
 
 TEST(DropPlaceSpikes, SingleWildPlacesOnly) {
-  Session s = circling(0.02);
+  Session s = circling_session(0.02);
   const Session clean = s;
   EXPECT_EQ(dropped_of(s), 0u);
   s.reading[500 * channels] += 5.0;
@@ -50,23 +32,23 @@ TEST(DropPlaceSpikes, SingleWildPlacesOnly) {
 }
 
 TEST(DropPlaceSpikes, ReadingsBetweenRowsWithoutOne) {
-  Session s = circling(0.01, 4);
+  Session s = circling_session(0.01, 4);
   s.reading[400 * channels] += 5.0;
   EXPECT_EQ(drop_place_spikes(s), 1u);
   EXPECT_TRUE(std::isnan(s.at(400, 0)));
 }
 
 TEST(DropPlaceSpikes, ASlowLogIsLeftAsItIs) {
-  Session slow = circling(0.06);
+  Session slow = circling_session(0.06);
   slow.reading[400 * channels] += 5.0;
   EXPECT_EQ(dropped_of(slow), 0u);
-  Session fast = circling(0.058);
+  Session fast = circling_session(0.058);
   fast.reading[400 * channels] += 5.0;
   EXPECT_EQ(dropped_of(fast), 1u);
 }
 
 TEST(DropPlaceSpikes, AReadingThatIsARowLateIsNone) {
-  Session s = circling(0.02);
+  Session s = circling_session(0.02);
   for (std::size_t i = 50; i < s.rows(); i += 50)
     for (std::size_t c = 0; c < 2; ++c) s.reading[i * channels + c] = s.at(i - 1, c);
   EXPECT_EQ(dropped_of(s), 0u);
@@ -74,11 +56,11 @@ TEST(DropPlaceSpikes, AReadingThatIsARowLateIsNone) {
 
 /// What repeats until the next fix, and rows that are missing, are no spikes.
 TEST(DropPlaceSpikes, StepsAndGapsAreNone) {
-  Session stairs = circling(0.01);
+  Session stairs = circling_session(0.01);
   for (std::size_t i = 0; i < stairs.rows(); ++i)
     for (std::size_t c = 0; c < 2; ++c) stairs.reading[i * channels + c] = stairs.at(i - i % 10, c);
   EXPECT_EQ(dropped_of(stairs), 0u);
-  Session gaps = circling(0.01), kept;
+  Session gaps = circling_session(0.01), kept;
   for (std::size_t i = 0; i < gaps.rows(); ++i) {
     if (i % 97 < 6) continue;
     kept.t.push_back(gaps.t[i]);
