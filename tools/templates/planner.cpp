@@ -7,8 +7,6 @@
 
 namespace {
 
-using std::numbers::pi;
-
 class NewPlugin final : public gripline::SpeedPlanner {
  public:
   struct Params {
@@ -26,6 +24,7 @@ class NewPlugin final : public gripline::SpeedPlanner {
   void plan(const gripline::Observation& now, const gripline::Belief& /*belief*/,
             const gripline::TyreCurve* /*learned: null until plans may rest on it*/,
             std::span<gripline::RefPoint> horizon) override {
+    constexpr double pi = std::numbers::pi;
     const double side = now.at.direction, length = line_.back().s + line_[1].s;  // closed: the last gap is as the first
     std::size_t nearest = 0;
     const auto distance = [&](const gripline::LinePoint& p) { return std::hypot(p.x - now.x.x, p.y - now.x.y); };
@@ -43,9 +42,8 @@ class NewPlugin final : public gripline::SpeedPlanner {
       r.yaw = p.yaw + w * std::remainder(q.yaw - p.yaw, 2 * pi) + (side < 0 ? pi : 0);  // against the file: turned
       r.kappa = side * p.kappa, r.left = side > 0 ? p.left : p.right, r.right = side > 0 ? p.right : p.left;
       const gripline::CoursePoint c = course_.locate(r.x, r.y, p.station);  // of the centre line, in file order
-      r.at = {.t = now.t + static_cast<double>(k) * dt_, .s = c.s, .n = c.n, .lap_fraction = c.lap_fraction};
-      r.at.yaw_line = c.yaw, r.at.kappa = c.kappa, r.at.direction = side;
-      r.at.grade = side * c.grade, r.at.bank = side * c.bank;  // as the car drives
+      const double t = now.t + static_cast<double>(k) * dt_, grade = side * c.grade, bank = side * c.bank;
+      r.at = {t, c.s, c.n, c.lap_fraction, c.yaw, c.kappa, grade, bank, side};  // slopes as the car drives
     }
   }
   std::span<const gripline::LinePoint> line() const override { return line_; }

@@ -96,6 +96,9 @@ inline constexpr std::size_t hold_out_part = 3;
 inline constexpr double worse_on_hold_out = 1.02;
 /// That ratio with strong process noise, most of whose errors no model removes.
 inline constexpr double worse_with_process_noise = 1.1;
+/// Share of that error that what is named must take off of too little held-out data for an interval, where delays were
+/// taken off: what these are wrong by takes off less. Larger: short logs with late channels stay unknown.
+inline constexpr double more_than_delays = 0.5;
 /// Share of the 1 s error on hold-out data that named effects must close. Larger: small true effects are not named.
 inline constexpr double least_closing = 0.001;
 /// Share of the gap that effects named beside an unknown one must close to be kept.

@@ -169,7 +169,7 @@ TEST(MessageFields, OtherEncapsulationsAreNamed) {
   const unsigned char packed[] = {0x28, 0xb5, 0x2f, 0xfd, 1}, listed[] = {0, 3, 0, 0, 1};
   EXPECT_THAT(why_not(s, {}, std::as_bytes(std::span(packed))), HasSubstr("it is compressed (zstd)"));
   EXPECT_THAT(why_not(s, {}, std::as_bytes(std::span(listed))),
-              HasSubstr("no plain CDR: it begins with the identifier 3"));
+              HasSubstr("it is not plain CDR: it begins with the identifier 3"));
   const Schema names = parse_schema("car_msgs/A", "string[] a\n", Wire::cdr, {});
   const unsigned char second[] = {0, 7, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0};
   EXPECT_THAT(why_not(names, {}, std::as_bytes(std::span(second))),

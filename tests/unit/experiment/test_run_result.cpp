@@ -159,7 +159,8 @@ TEST(RunResult, ASummaryWithoutItsNumbersIsDamaged) {
     summary.set("sha256", Node(sha256_hex(content_text(summary))));
     write_text(folder / "summary.json", to_json_text(summary));
     std::string found = "none";
-    EXPECT_EQ(read_result(folder.path(), "key", &found).has_value(), found.empty());
+    const bool read = read_result(folder.path(), "key", &found).has_value();
+    EXPECT_EQ(read, found.empty());
     return found;
   };
   EXPECT_EQ(damage(whole), "");

@@ -1,5 +1,6 @@
 #include "diagnose/inference/evaluation.hpp"
 
+#include "diagnose/inference/predicted_motion.hpp"
 #include "diagnose/model/regressors.hpp"
 
 namespace gripline::diagnose {
@@ -36,7 +37,7 @@ double cost_of_priors(const Problem& problem, const ModelSpec& model) {
 Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise) {
   Evaluation e;
   for (const Trace& trace : problem.traces) {
-    const auto [lm, regressors, work] = linearise_with_regressors(*problem.catalogue, model, trace, problem.stepping());
+    const auto [lm, regressors, work] = differentiate(problem, model, trace, noise).linearised;
     e.work += work * static_cast<double>(trace.size());
     std::vector<const Regressor*> list;
     for (const Regressor& r : regressors) list.push_back(&r);

@@ -4,8 +4,7 @@
 #include <cmath>
 
 #include "diagnose/thresholds.hpp"
-#include "measured/channels.hpp"
-#include "measured/session/log_map.hpp"
+#include "measured/estimates/session_delays.hpp"
 
 namespace gripline::diagnose {
 namespace {

@@ -2,17 +2,20 @@
 
 namespace gripline::diagnose {
 
-Problem along_predictions(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
+Trace along_predictions(const Trace& trace, const LinearModel& model, const Noise& noise) {
   FilterOptions options;
   options.predict = true;
+  const std::vector<double> off = filter(model, noise, options).predicted;
+  Trace predicted = trace;
+  for (std::size_t k = 0; k < model.n; ++k)
+    for (std::size_t c = 0; c < channels; ++c) predicted.motion[k * channels + c] += off[k * model.states + c];
+  return predicted;
+}
+
+Problem along_predictions(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   Problem predicted = problem;
-  for (std::size_t t = 0; t < along.size(); ++t) {
-    const LinearModel& lm = along[t].lm;
-    const std::vector<double> off = filter(lm, fitted.noise, options).predicted;
-    std::vector<double>& motion = predicted.traces[t].motion;
-    for (std::size_t k = 0; k < lm.n; ++k)
-      for (std::size_t c = 0; c < channels; ++c) motion[k * channels + c] += off[k * lm.states + c];
-  }
+  for (std::size_t t = 0; t < along.size(); ++t)
+    predicted.traces[t] = along_predictions(problem.traces[t], along[t].lm, fitted.noise);
   return predicted;
 }
 
@@ -22,9 +25,21 @@ bool motion_holds_noise(const Problem& problem, const Noise& noise) {
 
 std::vector<Linearised> with_own_along(const Problem& predicted, const Fit& fitted, std::span<const Linearised> along) {
   std::vector<Linearised> all(along.begin(), along.end());
-  const std::vector<Linearised> own = linearise_all(predicted, fitted.model);
-  for (std::size_t t = 0; t < all.size(); ++t) all[t].own = own[t].own;
+  for (std::size_t t = 0; t < all.size(); ++t)
+    all[t].own = own_regressors(*predicted.catalogue, fitted.model, predicted.traces[t]);
   return all;
+}
+
+Differentiated differentiate(const Problem& problem, const ModelSpec& model, const Trace& trace, const Noise& noise) {
+  Differentiated out;
+  if (!motion_holds_noise(problem, noise)) {
+    out.linearised = linearise_with_regressors(*problem.catalogue, model, trace, problem.stepping());
+    return out;
+  }
+  out.linearised = linearise_alone(*problem.catalogue, model, trace, problem.stepping());
+  out.predicted = along_predictions(trace, out.linearised.lm, noise);
+  out.linearised.own = own_regressors(*problem.catalogue, model, *out.predicted);
+  return out;
 }
 
 }  // namespace gripline::diagnose

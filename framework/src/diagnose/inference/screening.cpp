@@ -7,6 +7,7 @@
 #include <span>
 
 #include "diagnose/inference/newton_step.hpp"
+#include "diagnose/inference/predicted_motion.hpp"
 #include "diagnose/inference/score_test.hpp"
 
 namespace gripline::diagnose {
@@ -131,12 +132,13 @@ Screening screen(const Problem& problem, const Fit& fitted) {
   const Catalogue& catalogue = *problem.catalogue;
   Screening out;
   for (const Trace& trace : problem.traces) {
-    auto [lm, regressors, work] = linearise_with_regressors(catalogue, fitted.model, trace, problem.stepping());
+    Differentiated model = differentiate(problem, fitted.model, trace, fitted.noise);
+    std::vector<Regressor>& regressors = model.linearised.own;
     out.own_params = regressors.size();
     std::vector<CandidateRegressors> groups;
-    candidate_regressors(catalogue, fitted.model, trace, lm, regressors, groups);
+    candidate_regressors(catalogue, fitted.model, model.motion_of(trace), regressors, groups);
     if (out.groups.empty()) out.groups = std::move(groups);  // the same along every trace: of catalogue and model alone
-    out.normal.add(filter_along(lm, fitted.noise, regressors));
+    out.normal.add(filter_along(model.linearised.lm, fitted.noise, regressors));
   }
   out.normal.add(nuisance_priors(catalogue, fitted.model));
   NormalEquations fixed = out.normal;

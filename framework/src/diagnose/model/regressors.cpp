@@ -145,29 +145,56 @@ OwnPlan plan_own(const Catalogue& catalogue, const ModelSpec& model, const Stage
   return plan;
 }
 
+/// Regressors as planned: `exact` by the seeds of which the first `done` are filled, the others along `memory`.
+std::vector<Regressor> all_regressors(const Catalogue& catalogue, const ModelSpec& model, StagedCar& car,
+                                      const Trace& trace, const OwnPlan& plan, const std::vector<double>& memory,
+                                      std::vector<Regressor> exact, std::size_t done) {
+  const std::span<const std::size_t> seed = plan.seed;
+  exact_regressors(car, trace, memory, seed.subspan(done), std::span(exact).subspan(done));
+  if (reads(catalogue, model)) reading_regressors(car, trace, seed, exact);
+  std::vector<Regressor> all(plan.count);
+  for (std::size_t i = 0; i < seed.size(); ++i) all[plan.place[i]] = std::move(exact[i]);
+  std::vector<double> base;
+  if (!plan.moved.empty()) base = rates_at_samples(car, trace, memory);
+  for (const OwnPlan::Moved& one : plan.moved)
+    all[one.place] = one.delay ? central_difference_regressor(car, trace, one.slot, one.step)
+                               : difference_regressor(car, trace, one.slot, one.step, base);
+  return all;
+}
+
+double work_of(const LinearModel& lm, const OwnPlan& plan) {
+  return static_cast<double>(lm.states * lm.states) / 27.0 + lm.substeps + 2.0 * static_cast<double>(plan.moved.size());
+}
+
 }  // namespace
 
 Linearised linearise_with_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
                                      const Stepping& stepping) {
   StagedCar car = catalogue.build(model);
   const OwnPlan plan = plan_own(catalogue, model, car, trace.log.dt);
-  const std::span<const std::size_t> seed = plan.seed;
-  std::vector<Regressor> exact(seed.size());
-  const std::size_t along = std::min(seed.size(), lanes_beside_state(car));
+  std::vector<Regressor> exact(plan.seed.size());
+  const std::size_t along = std::min(plan.seed.size(), lanes_beside_state(car));
   Linearised out;
-  out.lm = linearise(car, trace, stepping, seed.first(along), std::span(exact).first(along));
-  exact_regressors(car, trace, out.lm.memory, seed.subspan(along), std::span(exact).subspan(along));
-  if (reads(catalogue, model)) reading_regressors(car, trace, seed, exact);
-  out.own.resize(plan.count);
-  out.work = static_cast<double>(out.lm.states * out.lm.states) / 27.0 + out.lm.substeps +
-             2.0 * static_cast<double>(plan.moved.size());
-  for (std::size_t i = 0; i < seed.size(); ++i) out.own[plan.place[i]] = std::move(exact[i]);
-  std::vector<double> base;
-  if (!plan.moved.empty()) base = rates_at_samples(car, trace, out.lm.memory);
-  for (const OwnPlan::Moved& one : plan.moved)
-    out.own[one.place] = one.delay ? central_difference_regressor(car, trace, one.slot, one.step)
-                                   : difference_regressor(car, trace, one.slot, one.step, base);
+  out.lm = linearise(car, trace, stepping, std::span(plan.seed).first(along), std::span(exact).first(along));
+  out.work = work_of(out.lm, plan);
+  out.own = all_regressors(catalogue, model, car, trace, plan, out.lm.memory, std::move(exact), along);
   return out;
+}
+
+Linearised linearise_alone(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
+                           const Stepping& stepping) {
+  const StagedCar car = catalogue.build(model);
+  Linearised out;
+  out.lm = linearise(car, trace, stepping);
+  out.work = work_of(out.lm, plan_own(catalogue, model, car, trace.log.dt));
+  return out;
+}
+
+std::vector<Regressor> own_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace) {
+  StagedCar car = catalogue.build(model);
+  const OwnPlan plan = plan_own(catalogue, model, car, trace.log.dt);
+  std::vector<Regressor> exact(plan.seed.size());
+  return all_regressors(catalogue, model, car, trace, plan, simulate_memory(car, trace), std::move(exact), 0);
 }
 
 namespace {
@@ -194,10 +221,10 @@ std::vector<double> scan(const abi::ParamDecl& p) {
 class CandidateProbe {
  public:
   CandidateProbe(const Catalogue& catalogue, const ModelSpec& model, std::size_t candidate, const Trace& trace,
-                 const LinearModel& lm, const std::vector<double>& without)
+                 const std::vector<double>& memory, const std::vector<double>& without)
       : candidate_(catalogue.candidates()[candidate]),
         trace_(trace),
-        lm_(lm),
+        memory_(memory),
         without_(without),
         car_(catalogue.build(at_start(catalogue, model, candidate))),
         through_memory_(changes_memory(catalogue, model, candidate)) {
@@ -252,7 +279,7 @@ class CandidateProbe {
     if (through_memory_)
       for (std::size_t f = 0; f < at.size(); ++f) all[f] = by_difference(first + f);
     else
-      exact_regressors(car_, trace_, lm_.memory, at, all);
+      exact_regressors(car_, trace_, memory_, at, all);
     if (candidate_.effect->stage() == Stage::reading) reading_regressors(car_, trace_, at, all);
     return all;
   }
@@ -274,7 +301,7 @@ class CandidateProbe {
 
   const Candidate& candidate_;
   const Trace& trace_;
-  const LinearModel& lm_;
+  const std::vector<double>& memory_;  // of the model without it
   const std::vector<double>& without_;
   StagedCar car_;
   bool through_memory_;
@@ -284,17 +311,18 @@ class CandidateProbe {
 
 }  // namespace
 
-void candidate_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace, const LinearModel& lm,
+void candidate_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
                           std::vector<Regressor>& regressors, std::vector<CandidateRegressors>& groups) {
-  const std::vector<double> without = rates_at_samples(catalogue.build(model), trace, lm.memory);
+  const StagedCar car = catalogue.build(model);
+  const std::vector<double> memory = simulate_memory(car, trace), without = rates_at_samples(car, trace, memory);
   for (std::size_t i = 0; i < catalogue.candidates().size(); ++i) {
     const Candidate& c = catalogue.candidates()[i];
     if (c.excluded || model.has(i)) continue;
-    if (lm.memories() + static_cast<std::size_t>(c.effect->memory()) > max_memory) continue;
+    if (memory.size() / trace.size() + static_cast<std::size_t>(c.effect->memory()) > max_memory) continue;
     CandidateRegressors group;
     group.candidate = i;
     group.first = regressors.size();
-    CandidateProbe(catalogue, model, i, trace, lm, without).add(regressors, group.starts);
+    CandidateProbe(catalogue, model, i, trace, memory, without).add(regressors, group.starts);
     group.count = regressors.size() - group.first;
     groups.push_back(std::move(group));
   }

@@ -16,6 +16,11 @@ struct Linearised {
 };
 Linearised linearise_with_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
                                      const Stepping& stepping);
+/// Without them.
+Linearised linearise_alone(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
+                           const Stepping& stepping);
+/// Those regressors alone.
+std::vector<Regressor> own_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace);
 
 /// What one candidate could add to the model: a range of regressors.
 struct CandidateRegressors {
@@ -24,9 +29,8 @@ struct CandidateRegressors {
   std::vector<std::vector<double>> starts;  // scanned candidates: for each regressor all parameters at that start
 };
 
-/// Appends the regressors, at neutral values, of every candidate that may be named and is not in the model; `lm` is the
-/// model linearised along `trace`.
-void candidate_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace, const LinearModel& lm,
+/// Appends the regressors, at neutral values, of every candidate that may be named and is not in the model.
+void candidate_regressors(const Catalogue& catalogue, const ModelSpec& model, const Trace& trace,
                           std::vector<Regressor>& regressors, std::vector<CandidateRegressors>& groups);
 
 }  // namespace gripline::diagnose

@@ -93,7 +93,8 @@ bool Judge::closes(const Judgement& judged) const {
                                                      noisy || options_.delays_taken_off);
   if (answer != Closing::inconclusive) return answer == Closing::closes;
   // What delays that were taken off are wrong by shows in all data alike, as a small effect.
-  if (options_.delays_taken_off && !hold_out_.empty()) return false;
+  if (options_.delays_taken_off && !hold_out_.empty() && !(judged.gap.change.change < -thresholds::more_than_delays))
+    return false;
   return closes_on_training(compare(hold_out_.predict_training(judged.fit), hold_out_.predict_training(null_model_)),
                             noisy);
 }

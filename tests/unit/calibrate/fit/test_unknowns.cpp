@@ -99,7 +99,7 @@ TEST(Unknowns, APriorMayLieElsewhereThanTheValue) {
 
 TEST(Unknowns, MistakesAreToldAtTheirPlace) {
   EXPECT_THAT(why(R"({"unknowns": {"/plant/params/Bf": {"same_as": "/plant/params/Br"}}})"),
-              HasSubstr("no unknown of this world"));
+              HasSubstr("not an unknown of this world"));
   EXPECT_THAT(why(R"({"unknowns": {"/plant/params/Bf": {"sigma": 1},
                                    "/plant/params/Df": {"same_as": "/plant/params/Bf"}}})"),
               HasSubstr("cannot be the same as"));

@@ -75,7 +75,7 @@ TEST_F(Regressors, OfCandidatesStartFromNeutral) {
   const LinearModel lm = linearise(rig_.catalogue().build(bare), trace(), 2);
   std::vector<Regressor> regressors;
   std::vector<CandidateRegressors> groups;
-  candidate_regressors(rig_.catalogue(), bare, trace(), lm, regressors, groups);
+  candidate_regressors(rig_.catalogue(), bare, trace(), regressors, groups);
   ASSERT_EQ(groups.size(), rig_.catalogue().candidates().size());
   std::size_t next = 0;
   for (const CandidateRegressors& group : groups) {
@@ -116,7 +116,7 @@ TEST_F(Regressors, OfShapesBeforeAMemoryAreScanned) {
     ASSERT_EQ(lm.memories(), 2U);
     std::vector<Regressor> regressors;
     std::vector<CandidateRegressors> groups;
-    candidate_regressors(*catalogue, model, lap, lm, regressors, groups);
+    candidate_regressors(*catalogue, model, lap, regressors, groups);
     const auto patch = std::ranges::find(groups, catalogue->find("friction_patch"), &CandidateRegressors::candidate);
     ASSERT_NE(patch, groups.end());
     EXPECT_GT(patch->count, 10U);
@@ -146,7 +146,7 @@ TEST_F(RegressorsBeforeTheWorldsOwnMemory, OfCandidates) {
   ASSERT_EQ(lm.memories(), 2U);
   std::vector<Regressor> regressors;
   std::vector<CandidateRegressors> groups;
-  candidate_regressors(rig_.catalogue(), bare, trace(), lm, regressors, groups);
+  candidate_regressors(rig_.catalogue(), bare, trace(), regressors, groups);
   std::size_t asked = 0;
   for (const CandidateRegressors& group : groups) {
     const std::string& id = rig_.catalogue().candidates()[group.candidate].id;

@@ -225,9 +225,10 @@ TEST(Diagnoser, NamesWhereTheMeasuringUnitsSit) {
   }
 }
 
-/// The nominal car with its place late by some of a sample, and noise as stated.
-LogFile with_late_place(const DiagnoseRig& rig, std::uint64_t seed, double samples, const Channels& sigma) {
-  Log log = rig.simulate(rig.catalogue().null_model(), {.seconds = 60, .seed = seed, .noise = 0, .unsteady = 1});
+/// A car with its place late by some of a sample, and noise as stated.
+LogFile with_late_place(const DiagnoseRig& rig, std::uint64_t seed, double samples, const Channels& sigma,
+                        const ModelSpec& truth, double seconds = 60) {
+  Log log = rig.simulate(truth, {.seconds = seconds, .seed = seed, .noise = 0, .unsteady = 1});
   const std::vector<double> on_time = log.reading;
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -240,9 +241,38 @@ LogFile with_late_place(const DiagnoseRig& rig, std::uint64_t seed, double sampl
                       static_cast<double>(back) - samples);
       r += sigma[c] * normal(random);
     }
+  // It begins where the place is late already.
+  log.command.erase(log.command.begin(), log.command.begin() + static_cast<std::ptrdiff_t>(back));
+  log.reading.erase(log.reading.begin(), log.reading.begin() + static_cast<std::ptrdiff_t>(back * channels));
   LogFile file;
   file.stretches.push_back(std::move(log));
   return file;
+}
+LogFile with_late_place(const DiagnoseRig& rig, std::uint64_t seed, double samples, const Channels& sigma) {
+  return with_late_place(rig, seed, samples, sigma, rig.catalogue().null_model());
+}
+
+/// In a log too short for the delay to be measured by itself a place that is late looks like one on a lever, until both
+/// are fitted. A lever is no delay.
+TEST(Diagnoser, ALatePlaceIsNoLever) {
+  DiagnoseRig rig;
+  const Channels sigma{0.005, 0.005, 0.005, 0.02, 0.02, 0.05};
+  CaseOptions options;
+  options.noise_sigma = sigma;
+  Diagnoser diagnoser(rig.world(), rig.registry(), options);
+  const LogFile late = with_late_place(rig, 91, 3.3, sigma, rig.with("drive_gain", {0.12}), 12);
+  const Diagnosis d = diagnoser.run({&late, 1}, {});
+  EXPECT_EQ(d.verdict, Verdict::named) << d.sentence;
+  ASSERT_EQ(d.delays.size(), 1U) << d.sentence;
+  EXPECT_EQ(d.delays.front().effect, "position_delay");
+  EXPECT_NEAR(d.delays.front().params.front().value, 0.066, 0.002);
+  ASSERT_EQ(d.named.size(), 1U) << d.sentence;
+  EXPECT_EQ(d.named.front().effect, "drive_gain");
+  const LogFile lever = with_late_place(rig, 92, 0.0, sigma, rig.with("pose_lever", {-0.1, 0.0}), 12);
+  const Diagnosis other = diagnoser.run({&lever, 1}, {});
+  EXPECT_TRUE(other.delays.empty()) << other.sentence;
+  ASSERT_EQ(other.named.size(), 1U) << other.sentence;
+  EXPECT_EQ(other.named.front().effect, "pose_lever");
 }
 
 /// A place that is a tenth of a sample earlier or later than was taken off would be an error that no effect explains.
