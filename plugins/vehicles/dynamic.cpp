@@ -5,9 +5,10 @@
 //   omega' = (Ff lf cos(delta) - Fr lr) / Iz
 //   Fd     = (Cm1 - Cm2 vx) d,  for d < 0 with Cb > 0 instead Cb d;   Fres = Cr0 + Cd vx^2
 //   af     = delta - atan2(omega lf + vy, |vx|),   ar = atan2(omega lr - vy, |vx|)
-//   Ff     = Df sin(Cf atan(Bf af)),   Fr = Dr sin(Cr atan(Br ar))
+//   Ff     = N Df sin(Cf atan(Bf af)),   Fr = N Dr sin(Cr atan(Br ar))
 //
-// as published, for a car that drives forward. For one that stands or rolls backwards common/vehicle/standstill.hpp
+// with the load N of a slope over that on a flat road (common/vehicle/slope_load.hpp), else as published, for a car that
+// drives forward. For one that stands or rolls backwards common/vehicle/standstill.hpp
 // has Fd, Fres and af: brakes and resistance oppose the motion and hold, and delta counts with the sign of vx. The
 // published plant's af has delta as it is there: its front tyres then push a reversing or standing car.
 //
@@ -17,6 +18,7 @@
 // stack whose nominal model this is knows none of them unless they are stated.
 #include <gripline/plugin.hpp>
 
+#include "common/vehicle/slope_load.hpp"
 #include "common/vehicle/standstill.hpp"
 
 namespace {
@@ -71,8 +73,7 @@ class Dynamic final : public gripline::AutoDiffVehicle<Dynamic> {
     p.q.Iz = k.Iz;
     p.q.lf = k.lf;
     p.q.lr = k.lr;
-    p.q.load_front = T(1);
-    p.q.load_rear = T(1);
+    p.q.load_front = p.q.load_rear = gripline::vehicle::slope_load(p.at, p.q.vx);
   }
 
   template <class T>

@@ -9,6 +9,7 @@
 #include <gripline/plugin.hpp>
 
 #include "common/learning/friction_ellipse.hpp"
+#include "common/vehicle/slope_load.hpp"
 
 namespace gripline::learning {
 
@@ -55,13 +56,17 @@ class StraightDrive {
     if (!(nominal_->rates(rolling, {}, flat).load_front > 0.0))
       throw std::runtime_error("needs a nominal model with a mass and axle loads (Stage::load)");
     has_tyres_ = std::abs(nominal_->rates(sliding, {}, flat).vx - nominal_->rates(rolling, {}, flat).vx) > 1e-9 * v;
+    Place banked;
+    banked.bank = 0.1;
+    banked.kappa = gravity / (v * v);
+    has_slope_load_ = nominal_->rates(rolling, {}, banked).load_front != nominal_->rates(rolling, {}, flat).load_front;
   }
 
   bool model_has_tyres() const { return has_tyres_; }
 
   struct Rates {
     double forward = 0, side = 0;          // of vx and vy [m/s2]
-    double load_front = 1, load_rear = 1;  // of the axles, relative to the static ones
+    double load_front = 1, load_rear = 1;  // of the axles on a flat road, relative to the static ones
     double drive_force = 0;                // Fd [N], as the nominal model says
     /// These rates, with the loads of a road that presses on both axles by `load` times as much.
     Rates on_road(double load) const {
@@ -82,9 +87,10 @@ class StraightDrive {
   /// At forward speed vx [m/s] where throttle d acts and the wheels point straight ahead.
   Rates at(double vx, double d, const Place& place) const {
     const Prediction::Rates rates = rates_where(vx, d, place);
+    const double load = has_slope_load_ ? vehicle::slope_load(place, vx) : 1.0;
     // Models without tyres leave the bank out: their wheels hold the car.
-    return {rates.vx, has_tyres_ ? rates.vy : rates.vy + gravity * std::sin(place.bank), rates.load_front,
-            rates.load_rear, rates.drive_force};
+    return {rates.vx, has_tyres_ ? rates.vy : rates.vy + gravity * std::sin(place.bank), rates.load_front / load,
+            rates.load_rear / load, rates.drive_force};
   }
 
  private:
@@ -114,6 +120,7 @@ class StraightDrive {
   Prediction* nominal_;
   Car car_;
   bool has_tyres_ = false;
+  bool has_slope_load_ = false;  // whether the loads of the model are those of the slope
 };
 
 }  // namespace gripline::learning

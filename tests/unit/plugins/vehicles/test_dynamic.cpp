@@ -83,6 +83,30 @@ TEST(Dynamic, SlopesPullTheWayTheDefinitionsSay) {
   EXPECT_EQ(sloped.omega, flat.omega);
 }
 
+/// In a left turn whose outer, right side is higher the road presses more, whichever way the file goes; in one that falls
+/// outwards less. On a straight only the slope's normal counts.
+TEST(Dynamic, ABankedTurnPressesOnTheTyres) {
+  Nominal nominal("dynamic");
+  State x;
+  x.vx = 2.0;
+  Place place;
+  place.bank = 0.2;
+  const auto load = [&] { return nominal.prediction().rates(x, {0, 0}, place).load_rear; };
+  EXPECT_NEAR(load(), std::cos(0.2), 1e-12);
+  place.kappa = 0.5;
+  EXPECT_NEAR(load(), std::cos(0.2) + 4.0 / gravity * 0.5 * std::sin(0.2), 1e-12);
+  place.direction = -1.0;
+  EXPECT_NEAR(load(), std::cos(0.2) - 4.0 / gravity * 0.5 * std::sin(0.2), 1e-12);
+  place.kappa = 50.0;
+  EXPECT_EQ(load(), 0.2) << "a car that leaves the road";
+  // Forces go with it.
+  place = {};
+  x.vy = 0.1;
+  const double flat = nominal.prediction().rates(x, {0, 0}, place).vy;
+  place.kappa = 0.5, place.bank = 0.2;
+  EXPECT_NEAR(nominal.prediction().rates(x, {0, 0}, place).vy - gravity * std::sin(0.2), load() * flat, 1e-12);
+}
+
 TEST(Dynamic, BrakesAreTheirOwnOrTheMotors) {
   const TestedModel motor("dynamic"), brakes("dynamic", {{"Cb", 0.5}});
   const Instant braking{2, 0, 0, -0.1, 0, 0}, driving{2, 0, 0, 0.6, 0, 0};

@@ -26,6 +26,19 @@ TEST(StraightDrive, TyresAreSeenByWhatTheyDo) {
   EXPECT_FALSE(has_tyres(kinematic.prediction()));
 }
 
+// What a slope does to loads is counted once, by on_road(), whether the model has it or not.
+TEST(StraightDrive, LoadsAreThoseOfAFlatRoad) {
+  Place banked;
+  banked.bank = 0.2;
+  banked.kappa = 0.5;
+  for (const char* const id : {"dynamic", "ekinematic"}) {
+    Nominal nominal(id);
+    const auto rates = straight_drive(nominal.prediction()).at(2.0, 0.3, banked);
+    EXPECT_NEAR(rates.load_front, 1.0, 1e-15) << id;
+    EXPECT_NEAR(rates.on_road(1.1).load_rear, 1.1, 1e-15) << id;
+  }
+}
+
 // Its side speed fades by itself. Were that taken for a tyre, a correction would take off forces that no model
 // computed.
 TEST(StraightDrive, AYawResponseIsNoTyre) {
