@@ -108,6 +108,7 @@ std::pair<double, double> stated_interval(const measured::PairDelay& d, double d
 struct LeftOver {
   std::size_t group = 0;
   double seconds = 0, sigma = 0;
+  double range = 0;  // [s] to either side that was left open
   bool at_limit = false;
 };
 
@@ -116,12 +117,12 @@ std::vector<LeftOver> left_over(const Catalogue& catalogue, const Fit& fit) {
   const auto nuisances = catalogue.nuisances();
   const std::size_t p = fit.theta.size();
   if (p < nuisances.size() || fit.covariance.size() != p * p) return out;
-  for (std::size_t i = 0; i < nuisances.size(); ++i)
-    if (nuisances[i].delay)
-      out.push_back(
-          {*nuisances[i].delay, fit.theta[i] - nuisances[i].nominal,
-           std::sqrt(std::max(0.0, fit.covariance[i * p + i])),
-           std::abs(fit.theta[i] - nuisances[i].nominal) > 0.99 * thresholds::nuisance_limit * nuisances[i].sigma});
+  for (std::size_t i = 0; i < nuisances.size(); ++i) {
+    if (!nuisances[i].delay) continue;
+    const double moved = fit.theta[i] - nuisances[i].nominal, range = thresholds::nuisance_limit * nuisances[i].sigma,
+                 sigma = std::sqrt(std::max(0.0, fit.covariance[i * p + i]));
+    out.push_back({*nuisances[i].delay, moved, sigma, range, std::abs(moved) > 0.99 * range});
+  }
   return out;
 }
 
@@ -205,10 +206,16 @@ ChannelDelay refined(ChannelDelay delay, const Catalogue& catalogue, const Fit& 
     if (one.group != delay.group) continue;
     delay.seconds += one.seconds;
     // At its limit a fit says nothing of how sure it is.
-    delay.low = one.at_limit ? std::min(delay.low, delay.seconds) : delay.seconds - normal_95 * one.sigma;
-    delay.high = one.at_limit ? std::max(delay.high, delay.seconds) : delay.seconds + normal_95 * one.sigma;
+    delay.low = one.at_limit ? std::min(delay.low, delay.seconds - one.range) : delay.seconds - normal_95 * one.sigma;
+    delay.high = one.at_limit ? std::max(delay.high, delay.seconds + one.range) : delay.seconds + normal_95 * one.sigma;
   }
   return delay;
+}
+
+bool drop_refuted(std::vector<ChannelDelay>& delays, std::span<const LogFile> logs, const Catalogue& catalogue,
+                  const Fit& fit) {
+  const double least = thresholds::least_delay * longest_step(logs);
+  return std::erase_if(delays, [&](const ChannelDelay& d) { return refined(d, catalogue, fit).seconds < least; }) > 0;
 }
 
 LogFile without_delays(const LogFile& file, std::span<const ChannelDelay> delays) {

@@ -39,6 +39,10 @@ std::vector<ChannelDelay> significant_delays(std::span<const LogFile> logs, Spee
 void keep_open(std::span<ChannelDelay> delays, std::span<const LogFile> logs, Catalogue& catalogue);
 /// Where a fit stands at the limit of what was left open: moves the delays by what it found to be left of them.
 bool move_limited(std::span<ChannelDelay> delays, const Catalogue& catalogue, const Fit& fit);
+/// Takes out delays that a fit found to be shorter than thresholds::least_delay samples: what made them seem longer is
+/// something else. Whether there were any.
+bool drop_refuted(std::vector<ChannelDelay>& delays, std::span<const LogFile> logs, const Catalogue& catalogue,
+                  const Fit& fit);
 /// A delay with what a fit found to be left of it.
 ChannelDelay refined(ChannelDelay delay, const Catalogue& catalogue, const Fit& fit);
 

@@ -133,7 +133,9 @@ Findings Diagnoser::search_on_time(std::span<const LogFile> logs, std::span<cons
     keep_open(delays, logs, catalogue_);
     found = once();
   }
-  return found;
+  if (!drop_refuted(delays, logs, catalogue_, fit_of_delays(found))) return found;
+  keep_open(delays, logs, catalogue_);
+  return search_on_time(logs, held_out, delays, by, progress);
 }
 
 /// Where a late place explains the logs better than the lever found does, adds its delay to these and opens the
