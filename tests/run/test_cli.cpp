@@ -196,6 +196,10 @@ TEST_F(Cli, ValidateWarnsOfSlipsOfUnits) {
   EXPECT_EQ(warned.code, 0) << warned.err;
   EXPECT_THAT(warned.out, AllOf(HasSubstr("world.json: good, 1 warning\n"), HasSubstr("car.json: good, 1 warning\n")));
   EXPECT_THAT(warned.err, AllOf(HasSubstr("the front axle's peak lateral force"), HasSubstr("times m lf lr")));
+  write_text(folder_ / "friction.json", R"({"points": [{"t": 0, "factor": 100}]})");
+  const Outcome friction = gripline_with({"validate", folder_ / "friction.json"});
+  EXPECT_THAT(friction.out, HasSubstr("friction.json: good, 1 warning\n"));
+  EXPECT_THAT(friction.err, HasSubstr("the friction factor reaches 100; "));
   const Outcome race = gripline_with({"validate", "experiments/good.json"});
   EXPECT_EQ(race.err, "");
   const Outcome unread = gripline_with({"validate", folder_ / "unread.json"});

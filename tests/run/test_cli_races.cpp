@@ -219,6 +219,22 @@ TEST_F(CliRaces, ConfigJsonReproducesItsRun) {
 }
 
 /// The pointers that other programs use.
+/// What validate warns of is warned of by those that race, too, on stderr alone.
+TEST_F(CliRaces, ImplausibleValuesAreWarnedOfBeforeRacing) {
+  const std::vector<std::string> high = {"--set", R"(/world/friction=[{"t": 0, "factor": 4}])"};
+  const std::string warning = "warning: experiments/good.json: the friction factor reaches 4; ";
+  const Outcome raced = compare({high[0], high[1], "--only", "slow", "--set", "/seeds/count=1", "--out", out()});
+  EXPECT_EQ(raced.code, 0) << raced.err;
+  EXPECT_THAT(raced.err, HasSubstr(warning));
+  EXPECT_THAT(raced.out, Not(HasSubstr("the friction factor")));
+  const Outcome one =
+      gripline_with({"run", "experiments/good.json", "--stack", "slow", "--out", out("one"), high[0], high[1]});
+  EXPECT_EQ(one.code, 0) << one.err;
+  EXPECT_THAT(one.err, HasSubstr(warning));
+  EXPECT_THAT(compare({"--only", "slow", "--set", "/seeds/count=1", "--out", out("usual")}).err,
+              Not(HasSubstr("warning: ")));
+}
+
 TEST_F(CliRaces, SetActsOnTheExpandedExperiment) {
   const auto column = [&](const std::string& set, const char* name) {
     const Outcome outcome =

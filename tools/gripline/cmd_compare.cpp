@@ -5,6 +5,7 @@
 #include "gripline/command.hpp"
 #include "gripline/experiment_kinds.hpp"
 #include "gripline/race_options.hpp"
+#include "gripline/validate_file.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -48,6 +49,7 @@ int run_compare(Arguments args) {
   if (given->count("baseline") > 0 && request.baseline.empty()) throw InputError("--baseline names no stack");
   if (given->count("seeds-from") > 0 && request.seeds_from.empty()) throw InputError("--seeds-from has no text");
   if (const auto only = text_of(*given, "only")) request.only = names_of("--only", *only, "stack");
+  print_warnings(options.experiment.string(), experiment->plausibility_warnings());
   return experiment->run(request);
 }
 

@@ -25,7 +25,7 @@ int run_validate(Arguments args) {
   for (const std::string& file : files) {
     try {
       const std::vector<std::string> warnings = validate_file(find_shipped(file), registry);
-      for (const std::string& warning : warnings) std::cerr << "warning: " << file << ": " << warning << '\n';
+      print_warnings(file, warnings);
       std::cout << file << ": good";
       if (!warnings.empty()) std::cout << ", " << warnings.size() << (warnings.size() == 1 ? " warning" : " warnings");
       std::cout << '\n';

@@ -33,7 +33,7 @@ class Experiment {
   /// Runs it, writes and prints its results, judges its claims. Returns the program's exit code; throws InputError when
   /// the request does not fit the experiment.
   virtual int run(const ExperimentRequest& request) = 0;
-  /// Values that are allowed but implausible, one line each, for `gripline validate`.
+  /// Values that are allowed but implausible, one line each.
   virtual std::vector<std::string> plausibility_warnings() const { return {}; }
 };
 

@@ -1,5 +1,7 @@
 #include "gripline/validate_file.hpp"
 
+#include <iostream>
+
 #include "config/errors.hpp"
 #include "config/file_kind.hpp"
 #include "config/json_file.hpp"
@@ -36,7 +38,7 @@ std::vector<std::string> validate_file(const std::filesystem::path& file, const 
       check_known_params(tree, registry, errors);
       break;
     case FileKind::friction:
-      read_friction(tree, errors);
+      warnings = plausibility_warnings(read_friction(tree, errors));
       break;
     case FileKind::log_map:
       measured::read_log_map(tree, errors);
@@ -48,6 +50,10 @@ std::vector<std::string> validate_file(const std::filesystem::path& file, const 
   }
   errors.throw_if_any();
   return warnings;
+}
+
+void print_warnings(const std::string& file, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) std::cerr << "warning: " << file << ": " << warning << '\n';
 }
 
 }  // namespace gripline::tools

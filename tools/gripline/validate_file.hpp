@@ -15,4 +15,7 @@ namespace gripline::tools {
 /// values, one line each (world/plausibility.hpp).
 std::vector<std::string> validate_file(const std::filesystem::path& file, const Registry& registry);
 
+/// Prints warnings of implausible values in a file on stderr, one line each: "warning: FILE: ...".
+void print_warnings(const std::string& file, const std::vector<std::string>& warnings);
+
 }  // namespace gripline::tools

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -252,19 +253,19 @@ std::vector<FigureFile> tyre_curves(const std::vector<RunSeries>& runs) {
     panel.title = axle;
     panel.x.label = "slip angle [°]";
     panel.y.label = "lateral force [N]";
+    Series truth;
+    truth.dash = "2 3";
+    truth.label = "true";
+    truth.width = 2.2;
     for (const RunSeries& d : runs) {
       const Curve curve = last_curve(d.run.tyres, axle);
       if (curve.slip.empty()) continue;
-      Series truth;
-      truth.x = curve.slip;
-      truth.y = curve.truth;
-      truth.dash = "2 3";
-      truth.label = "true";
-      truth.width = 2.2;
-      if (panel.series.empty()) panel.series.push_back(std::move(truth));
+      if (panel.series.empty()) truth.x = curve.slip, truth.y = curve.truth;
       panel.series.push_back(line_of(d, curve.slip, curve.learned));
     }
-    if (!panel.series.empty()) panels.push_back(std::move(panel));
+    if (panel.series.empty()) continue;
+    panel.series.push_back(std::move(truth));  // last, on top of the learned ones
+    panels.push_back(std::move(panel));
   }
   if (panels.empty()) return {};
   return {
@@ -373,6 +374,7 @@ FigureFile laps(const Inputs& inputs) {
   while (inputs.table.has("lap" + std::to_string(columns.size()) + "_s"))
     columns.push_back("lap" + std::to_string(columns.size()) + "_s");
   const double width = 0.72 / static_cast<double>(std::max<std::size_t>(1, inputs.table.rows()));
+  std::vector<Series> limits;
   for (std::size_t row = 0; row < inputs.table.rows(); ++row) {
     Series s, limit;
     s.kind = Series::Kind::points;
@@ -395,8 +397,9 @@ FigureFile laps(const Inputs& inputs) {
     limit.label = "limit at that friction";
     limit.width = 2;
     panel.series.push_back(std::move(s));
-    panel.series.push_back(std::move(limit));
+    limits.push_back(std::move(limit));
   }
+  std::move(limits.begin(), limits.end(), std::back_inserter(panel.series));  // in the legend after all rows
   panel.x.low = -0.5;
   panel.x.high = static_cast<double>(columns.size()) - 0.5;
   for (std::size_t lap = 0; lap < columns.size(); ++lap)

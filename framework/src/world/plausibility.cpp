@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "util/child_process.hpp"
+#include "util/numbers.hpp"
 #include "world/world.hpp"
 
 namespace gripline {
@@ -15,6 +16,9 @@ namespace {
 constexpr double shortest = 0.01, longest = 30.0;         // [m]
 constexpr double least_grip = 0.05, most_grip = 5.0;      // peak lateral axle force over the axle's static load
 constexpr double least_inertia = 0.1, most_inertia = 10;  // Iz over m lf lr, which is near 1 for cars
+constexpr double most_friction_factor = 3.0;              // 1 is the fresh road; percent would be 100
+// The Nordschleife is 4800 cars long, and the widest circuits are some 10 cars wide.
+constexpr double most_car_lengths = 10000.0, most_car_widths = 40.0;
 
 std::string text_of(double value) {
   char text[32];
@@ -79,6 +83,20 @@ void check_grip(const WorldSpec& world, std::vector<std::string>& warnings) {
   }
 }
 
+/// A road of another scale than the car; one that is narrower than the car is refused where the world is read.
+void check_road(const WorldSpec& world, std::vector<std::string>& warnings) {
+  constexpr const char* hint = "are both of one scale? gripline track --scale makes roads smaller or larger";
+  const Car& car = world.car.car;
+  const double lap = world.track->length(), width = world.track->narrowest();
+  if (lap > most_car_lengths * car.length)
+    warnings.push_back(format("a lap of the road is %.0f m, %.0f lengths of the car (%s m), more than %.0f: %s", lap,
+                              lap / car.length, text_of(car.length).c_str(), most_car_lengths, hint));
+  if (width > most_car_widths * car.width)
+    warnings.push_back(format("the road is at least %s m wide, %.0f widths of the car (%s m), more than %.0f: %s",
+                              text_of(width).c_str(), width / car.width, text_of(car.width).c_str(), most_car_widths,
+                              hint));
+}
+
 void check_sensors(const WorldSpec& world, std::vector<std::string>& warnings) {
   for (std::size_t i = 0; i < 2; ++i) {
     const double sigma = world.sensors.channels[i].sigma;
@@ -108,10 +126,20 @@ std::vector<std::string> plausibility_warnings(const Car& car) {
   return warnings;
 }
 
+std::vector<std::string> plausibility_warnings(const FrictionSpec& friction) {
+  const double most = factors_of(friction).second;
+  if (!(most > most_friction_factor)) return {};
+  return {"the friction factor reaches " + text_of(most) + "; 1 is the fresh road, and factors above " +
+          text_of(most_friction_factor) + " are of no road: is it in percent?"};
+}
+
 std::vector<std::string> plausibility_warnings(const WorldSpec& world) {
   std::vector<std::string> warnings = plausibility_warnings(world.car.car);
+  const std::vector<std::string> friction = plausibility_warnings(world.friction);
+  warnings.insert(warnings.end(), friction.begin(), friction.end());
   if (!world.track) return warnings;
   check_grip(world, warnings);
+  check_road(world, warnings);
   check_sensors(world, warnings);
   return warnings;
 }

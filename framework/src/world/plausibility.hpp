@@ -13,8 +13,12 @@ namespace gripline {
 /// cannot have.
 std::vector<std::string> plausibility_warnings(const Car& car);
 
-/// The warnings on its car, on a grip of its axles that no tyre has at any factor of the schedule, and on position
-/// noise wider than the road. Constructs the plant in a process of its own; what that refuses gives no warning.
+/// Warnings, one line each: a factor that no road has. Points and patches are taken as if they met.
+std::vector<std::string> plausibility_warnings(const FrictionSpec& friction);
+
+/// The warnings on its car and its friction, on a grip of its axles that no tyre has at any factor of the schedule, on a
+/// road of another scale than the car, and on position noise wider than the road. Constructs the plant in a process of
+/// its own; what that refuses gives no warning.
 std::vector<std::string> plausibility_warnings(const WorldSpec& world);
 
 }  // namespace gripline

@@ -68,6 +68,26 @@ TEST(ReportFigures, IntervalsOfTheTableAreDrawn) {
   EXPECT_EQ(lines_of("laps", names, ",,,,,,"), lines_of("laps", "", ""));
 }
 
+/// What all rows share stands behind them in the legend, and the true tyre curve is drawn on top of the learned ones.
+TEST(ReportFigures, LimitAndTruthComeLast) {
+  const Folder folder;
+  sample::write_sample(folder.path());
+  const Written written = write_report({folder.path(), {}, true, {}, {}});
+  int seen = 0;
+  for (const fs::path& figure : written.figures) {
+    const std::string name = figure.stem().string(), svg = bytes_of(figure);
+    if (name != "laps" && name != "tyre_curves") continue;
+    ++seen;
+    const std::size_t shared = svg.find(name == "laps" ? ">limit at that friction<" : ">true<");
+    ASSERT_NE(shared, svg.npos) << name;
+    for (const char* row : {">none<", ">elm<"}) {
+      ASSERT_NE(svg.find(row), svg.npos) << name << row;
+      EXPECT_LT(svg.find(row), shared) << name << row;
+    }
+  }
+  EXPECT_EQ(seen, 2);
+}
+
 /// A quarter of this car's static load is on the front axle.
 TEST(ReportFigures, TheBandOfFrictionIsThatOfTheWholeCar) {
   const Folder folder;

@@ -18,12 +18,16 @@ using testing::IsEmpty;
 using testing::SizeIs;
 using namespace testing_support;
 
-std::vector<std::string> warnings_of(const char* patch, const char* file = "worlds/ethz.json") {
+WorldSpec patched(const char* patch, const char* file = "worlds/ethz.json") {
   Node tree = load_world(source_dir() / file);
   Errors errors;
-  const WorldSpec world = read_world(merge(std::move(tree), json(patch)), plugins(), errors);
+  WorldSpec world = read_world(merge(std::move(tree), json(patch)), plugins(), errors);
   errors.throw_if_any();
-  return plausibility_warnings(world);
+  return world;
+}
+
+std::vector<std::string> warnings_of(const char* patch, const char* file = "worlds/ethz.json") {
+  return plausibility_warnings(patched(patch, file));
 }
 
 TEST(Plausibility, NoneOfTheShippedWorlds) {
@@ -47,7 +51,37 @@ TEST(Plausibility, AGripThatNoTyreHas) {
               Contains(HasSubstr("at friction factor 70; tyres have about 0.05 to 5")));
   EXPECT_THAT(warnings_of(R"({"friction": {"points": [{"t": 0, "factor": 1}, {"t": 9, "factor": 0.5}]}})"), IsEmpty());
   EXPECT_THAT(warnings_of(R"({"plant": {"params": {"Df": 192, "Dr": 173.7}}})"), SizeIs(2));
-  EXPECT_THAT(warnings_of(R"({"friction": {"points": [{"t": 0, "factor": 70}]}})", "worlds/full_size.json"), SizeIs(2));
+  EXPECT_THAT(warnings_of(R"({"friction": {"points": [{"t": 0, "factor": 70}]}})", "worlds/full_size.json"),
+              SizeIs(3));  // and one of the factor
+}
+
+TEST(Plausibility, AFactorThatNoRoadHas) {
+  EXPECT_THAT(
+      warnings_of(R"({"friction": {"points": [{"t": 0, "factor": 1}, {"t": 9, "factor": 100}]}})"),
+      Contains("the friction factor reaches 100; 1 is the fresh road, and factors above 3 are of no road: is it "
+               "in percent?"));
+  EXPECT_THAT(warnings_of(R"({"friction": {"patches": [{"from_s": 1, "to_s": 2, "factor": 3.5}]}})"),
+              Contains(HasSubstr("the friction factor reaches 3.5;")));
+  EXPECT_THAT(warnings_of(R"({"friction": {"points": [{"t": 0, "factor": 1.5}]}})"), IsEmpty());
+  FrictionSpec high;
+  high.points = {{0.0, 3.0}};
+  EXPECT_THAT(plausibility_warnings(high), IsEmpty());
+  high.points.push_back({1.0, 3.1});
+  EXPECT_THAT(plausibility_warnings(high), SizeIs(1));
+}
+
+TEST(Plausibility, ARoadOfAnotherScaleThanTheCar) {
+  const WorldSpec full_size = patched("{}", "worlds/full_size.json");
+  WorldSpec world = patched("{}");
+  world.track = full_size.track;  // 1176 m long and 9 m wide, the car 6 cm and 3 cm
+  EXPECT_THAT(plausibility_warnings(world),
+              ElementsAre(AllOf(HasSubstr("a lap of the road is 1176 m, 19"),
+                                HasSubstr(" lengths of the car (0.06 m), more than 10000: are both of one scale? "
+                                          "gripline track --scale makes roads smaller or larger")),
+                          HasSubstr("the road is at least 9 m wide, 300 widths of the car (0.03 m), more than 40: ")));
+  world.car.car.length = world.track->length() / 9999.0;
+  world.car.car.width = world.track->narrowest() / 39.0;
+  EXPECT_THAT(plausibility_warnings(world), IsEmpty());
 }
 
 /// Without a process to ask the plant in, what else there is to say is said.
@@ -55,10 +89,7 @@ TEST(Plausibility, WhatCannotBeAskedEndsNothing) {
 #if defined(__SANITIZE_ADDRESS__)
   GTEST_SKIP() << "sanitizers look at memory through pipes of their own";
 #endif
-  Node tree = load_world(source_dir() / "worlds/ethz.json");
-  Errors errors;
-  const WorldSpec world = read_world(merge(std::move(tree), json(R"({"car": {"Iz": 27.8e-3}})")), plugins(), errors);
-  errors.throw_if_any();
+  const WorldSpec world = patched(R"({"car": {"Iz": 27.8e-3}})");
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
   const rlimit none{0, before.rlim_max};
