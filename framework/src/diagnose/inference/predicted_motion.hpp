@@ -28,7 +28,7 @@ std::vector<Linearised> with_own_along(const Problem& predicted, const Fit& fitt
 /// A model along a trace, with what its likelihood is differentiated by.
 struct Differentiated {
   Linearised linearised;
-  std::optional<Trace> predicted;  // where motion holds noise; the regressors are those along it
+  std::optional<Trace> predicted;  // on a rough road, or Problem::final_model; the regressors are those along it
   /// Along which motion regressors of further parameters belong.
   const Trace& motion_of(const Trace& trace) const { return predicted ? *predicted : trace; }
 };

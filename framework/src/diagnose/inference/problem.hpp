@@ -25,6 +25,10 @@ struct Problem {
   bool unrounded = false;   // whether the traces' commands are the expected ones, see measured::unround_commands
   std::size_t rows = 0;     // readings of all traces
   bool rough_road = false;  // whether independent accelerations count as data, see penalty_per_parameter()
+  /// Whether derivatives of the likelihood are taken along predicted motion wherever motion holds noise
+  /// (predicted_motion.hpp), not on a rough road only: a deficient model leaves such noise, too, and predicts worse than
+  /// it smooths, so that this is for a model that is final.
+  bool final_model = false;
   /// Whether profiles along the lap have a prior of their parameters' scales around zero: where no data are they are
   /// not determined otherwise.
   bool shape_prior = false;

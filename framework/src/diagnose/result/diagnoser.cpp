@@ -186,6 +186,7 @@ Findings Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFil
   if (!refined.theta.empty()) {
     // Along the trajectory that the found model smooths: changes its parameters by a per mille or so.
     smooth_reference(problem_, road_, refined);
+    problem_.final_model = true;
     refined = fit(problem_, refined.model, refined.noise, thresholds::result_iterations);
   }
   at(7, "measuring the gap");
