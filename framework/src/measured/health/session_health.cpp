@@ -1,7 +1,9 @@
 #include "measured/health/session_health.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "measured/estimates/session_delays.hpp"
@@ -44,8 +46,10 @@ void rate_and_gaps(const SessionFile& file, std::vector<Finding>& out) {
         {Level::note, "length", significant(length) + " s", "little data to identify parameters; 60 s are good"});
 }
 
-void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
+/// Says which channels repeat their values in step though the map does not say that they are held, and returns them.
+std::array<bool, channels> missing_and_held(const SessionFile& file, std::vector<Finding>& out) {
   const Session& s = file.session;
+  std::array<bool, channels> held{};
   for (std::size_t c = 0; c < channels; ++c) {
     if (!s.has[c]) continue;
     Values values;
@@ -57,10 +61,13 @@ void held_and_jumping(const SessionFile& file, std::vector<Finding>& out) {
     if (absent > 0)
       out.push_back(
           {Level::note, channel_info[c].name, std::to_string(absent) + " readings missing", "left out, one by one"});
-    if (const double every = rows_between_new(s.t, values); every > 1.0)
+    const double every = rows_between_new(s.t, values);
+    held[c] = every > 1.0;
+    if (held[c])
       out.push_back({Level::note, channel_info[c].name, "a new value every " + significant(every) + " rows",
                      "read as if each row were new: say \"hold\": \"held\" in the map"});
   }
+  return held;
 }
 
 /// Commands that repeat in step and are taken for new in each row.
@@ -137,21 +144,24 @@ std::vector<Finding> health_of(const SessionFile& file) {
   const Session& s = file.session;
   std::vector<Finding> out = file.findings;
   rate_and_gaps(file, out);
-  held_and_jumping(file, out);
+  const std::array<bool, channels> held = missing_and_held(file, out);
   repeated_commands(file, out);
   const Session moving = while_moving(s);
   jumps(file, moving, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
   for (Finding& finding : consistency_warnings(file)) out.push_back(std::move(finding));
   const Session own = at_centre_of_gravity(file);
-  if (const auto slip = timing_slip(own, file.row_step))
+  // A value that is written again and again jumps once in its period and has no noise of its own.
+  const bool steps = held[Channel::x] || held[Channel::y] || held[Channel::vx];
+  if (const auto slip = steps ? std::nullopt : timing_slip(own, file.row_step))
     out.push_back({Level::bad, "position",
                    std::string(slip->travel < 0.0 ? "falls back by " : "jumps ahead by ") +
                        significant(1e3 * std::abs(slip->travel)) + " ms of travel once every " +
                        significant(slip->period) + " s, at " + significant(slip->phase) + " s of each",
                    "kept as it is: predictions of whole periods do not see it, others miss by as much"});
   for (std::size_t c = 0; c < channels; ++c)
-    if (const auto noise = s.has[c] ? noise_of(moving, c, file.row_step) : std::nullopt) add_noise(*noise, c, out);
+    if (const auto noise = s.has[c] && !held[c] ? noise_of(moving, c, file.row_step) : std::nullopt)
+      add_noise(*noise, c, out);
   for (const PairDelay& d : pairwise_delays_of_file(file))
     out.push_back(
         {Level::good, std::string("delay of ") + d.channel,

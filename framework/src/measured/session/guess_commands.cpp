@@ -5,11 +5,10 @@
 #include <numbers>
 
 #include "config/units.hpp"
-#include "measured/readings/held_readings.hpp"
 #include "measured/readings/unit_checks.hpp"
+#include "measured/session/guess_heading.hpp"
 #include "measured/session/session_windows.hpp"
 #include "measured/table/column_names.hpp"
-#include "measured/table/formula.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
@@ -30,11 +29,7 @@ class CommandGuess {
  private:
   /// Whether the logger repeats a command until there is a new one.
   bool is_repeated(int c) {
-    if (draft_.time.is_null()) return false;
-    Values t = draft_.values(draft_.column("time"));
-    const double second = to_si("1 " + draft_.time.find("unit")->text(), "s");
-    for (double& v : t) v *= second;
-    const double every = rows_between_new(t, draft_.values(c));
+    const double every = draft_.rows_between_new_values(c);
     if (!(every > 1.0)) return false;
     draft_.remarks.push_back(
         draft_.name(c) + ": a new value every " + significant(every) +
@@ -43,25 +38,62 @@ class CommandGuess {
     return true;
   }
 
-  /// What makes a pedal's column run from 0 to 1.
-  std::string pedal_share(int c) {
+  /// What a pedal's column is divided by to run from 0 to 1.
+  struct PedalShare {
+    std::string formula, remark;
+    bool in_doubt = false;
+  };
+  /// By its unit, its name and, where neither says it, its size. A brake of up to 60 may be a pressure as well.
+  PedalShare pedal_share(int c, bool brake) const {
+    const std::string column = draft_.quoted(c), name = draft_.name(c);
+    const std::string& unit = draft_.table.unit[static_cast<std::size_t>(c)];
     const double most = quantile_of_size(draft_.values(c), 1.0);
-    const bool pressure = !header_unit(draft_.table.unit[static_cast<std::size_t>(c)], "N/m2").empty();
-    if (!pressure && most <= 1.2) return draft_.quoted(c);
-    if (!pressure && most <= 110) return draft_.quoted(c) + " / 100";
-    draft_.remarks.push_back(draft_.name(c) + ": divided by its largest value in this log, " + significant(most, 5));
-    return draft_.quoted(c) + " / " + significant(most, 5);
+    const std::string size = significant(most, 5);
+    const std::string as_pressure = column + " / " + size;
+    const bool pressure = !header_unit(unit, "N/m2").empty();
+    if (!pressure && is_percentage(c)) return {column + " / 100", {}};
+    if (!pressure && most <= 1.2) return {column, {}};
+    const bool share = unit.empty() || !header_unit(unit, "1").empty();
+    if (pressure || !share || most > most_percent || is_called_pressure(c))
+      return {as_pressure, name + ": divided by its largest value in this log, " + size};
+    if (most >= least_full) return {column + " / 100", {}};
+    const std::string without = name + ": up to " + size + " without a unit";
+    if (!brake) return {column + " / 100", without + ", taken for per cent"};
+    return {as_pressure,
+            without + " may be per cent or a pressure: divided by its largest value in this log; write \"" + column +
+                " / 100\" if it is per cent",
+            true};
+  }
+  bool is_percentage(int c) const {
+    const std::string& unit = draft_.table.unit[static_cast<std::size_t>(c)];
+    const std::string plain = plain_name(unit);
+    return header_unit(unit, "1") == "%" || plain.starts_with("perc") || plain == "pct" ||
+           (unit.empty() && draft_.unit_of_name(c, "1") == "%");
+  }
+  bool is_called_pressure(int c) const {
+    const std::string called = plain_name(draft_.known_as(static_cast<std::size_t>(c)));
+    const auto ends = [&](const char* unit) { return called.ends_with(unit); };
+    return called.find("pres") != std::string::npos || called.find("druck") != std::string::npos || ends("bar") ||
+           ends("kpa") || ends("psi");
+  }
+  /// The formula, with what is to be said of it; `doubt`: what is to stand in the map too.
+  std::string told_pedal_share(int c, bool brake, std::string* doubt = nullptr) {
+    PedalShare share = pedal_share(c, brake);
+    if (!share.remark.empty()) draft_.remarks.push_back(share.remark);
+    if (share.in_doubt && doubt != nullptr) *doubt = share.remark;
+    return share.formula;
   }
 
   /// Throttle and brake as one channel, d.
   void guess_throttle() {
     const int d = draft_.column("d"), throttle = draft_.column("throttle"), brake = draft_.column("brake"),
               enable = draft_.column("enable");
-    std::string formula;
+    std::string formula, doubt;
     if (d >= 0)
-      formula = pedal_share(d);
+      formula = told_pedal_share(d, false);
     else if (throttle >= 0)
-      formula = pedal_share(throttle) + (brake >= 0 ? " - " + pedal_share(brake) : "");
+      formula = told_pedal_share(throttle, false);
+    if (d < 0 && throttle >= 0 && brake >= 0) formula += " - " + told_pedal_share(brake, true, &doubt);
     if (formula.empty()) {
       draft_.remarks.push_back("d: no throttle found: vx will be taken from the log and the lateral motion judged");
       return;
@@ -75,9 +107,10 @@ class CommandGuess {
     }
     Node node = guessed_channel("formula", formula, "1", false);
     node.set("kind", Node("command"));
+    if (!doubt.empty()) node.set("note", Node(doubt));
     if (is_repeated(d >= 0 ? d : throttle)) node.set("hold", Node("held"));
     draft_.channels.set("d", std::move(node));
-    if (d < 0 && brake < 0) name_brake(pedal_share(throttle));
+    if (d < 0 && brake < 0) name_brake(pedal_share(throttle, false).formula);
   }
 
   /// A brake by a name that no list has: in a map without it, the car would brake unasked.
@@ -86,11 +119,9 @@ class CommandGuess {
       for (const char* part : {"brake", "brems", "frein", "freno", "freio"})
         if (plain_name(draft_.known_as(c)).find(part) != std::string::npos && draft_.varies(c)) {
           const int column = static_cast<int>(c);
-          const double most = quantile_of_size(draft_.values(column), 1.0);
-          const std::string scale = most > 1.2 ? " / " + significant(most, 5) : "";
           draft_.remarks.push_back("d: " + draft_.name(column) +
                                    " looks like a brake and is not used; write \"formula\": \"" + throttle + " - " +
-                                   draft_.quoted(column) + scale + "\" if it is one");
+                                   pedal_share(column, true).formula + "\" if it is one");
           return;
         }
   }
@@ -153,46 +184,17 @@ class CommandGuess {
   /// Whether the steering is positive to the right, as the yaw rate shows, or where there is none, the heading.
   bool turns_against(int c) const {
     const bool by_rate = draft_.found("yaw_rate") && draft_.column("yaw_rate") >= 0;
-    return (by_rate ? steering_and_yaw_rate(c) : steering_and_heading(c)).value() < -0.3;
+    return (by_rate ? steering_and_yaw_rate(c) : heading_follows(draft_, c)).value() < -0.3;
   }
   Correlation steering_and_yaw_rate(int c) const {
     const Values &steering = draft_.values(c), &rate = draft_.values(draft_.column("yaw_rate"));
+    const double sign = draft_.channels.find("yaw_rate")->find("sign") != nullptr ? -1.0 : 1.0;
     Correlation out;
     for (std::size_t i = 0; i < draft_.table.rows(); ++i)
-      if (!std::isnan(steering[i] + rate[i])) out.add(steering[i], rate[i]);
+      if (!std::isnan(steering[i] + rate[i])) out.add(steering[i], sign * rate[i]);
     return out;
   }
-  /// Mean steering and the heading's change per row, over so many rows that the change is more than noise.
-  Correlation steering_and_heading(int c) const {
-    constexpr std::size_t long_enough = 10;  // rows
-    Correlation out;
-    const Values &steering = draft_.values(c), yaw = heading();
-    double last = not_a_number, turned = 0.0, steered = 0.0, steers = 0.0;
-    std::size_t from = 0;
-    for (std::size_t i = 0; i < yaw.size(); ++i) {
-      if (!std::isnan(steering[i])) steered += steering[i], steers += 1.0;
-      if (std::isnan(yaw[i])) continue;
-      turned += std::remainder(yaw[i] - last, 2.0 * pi);
-      last = yaw[i];
-      if (i - from < long_enough) continue;
-      if (std::isfinite(turned) && steers > 0.0) out.add(steered / steers, turned / static_cast<double>(i - from));
-      from = i;
-      turned = steered = steers = 0.0;
-    }
-    return out;
-  }
-  /// By row, as the map makes it [rad]; empty without one.
-  Values heading() const {
-    const Node* const yaw = draft_.channels.find("yaw");
-    if (yaw == nullptr) return {};
-    const Node* const made = yaw->find("formula");
-    const Formula formula(made != nullptr ? made->text() : draft_.quoted(draft_.column("yaw")), draft_.table, "yaw");
-    Values out = formula.evaluate(draft_.table, {});
-    const double radian = to_si("1 " + yaw->find("unit")->text(), "rad");
-    for (double& v : out) v *= radian;
-    return out;
-  }
-
+  static constexpr double least_full = 90.0, most_percent = 110.0;  // a pedal's largest value in per cent
   GuessDraft& draft_;
 };
 

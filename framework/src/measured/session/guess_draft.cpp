@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 
 #include "config/units.hpp"
+#include "measured/readings/held_readings.hpp"
 #include "measured/session/log_map.hpp"
 #include "measured/table/column_names.hpp"
 #include "util/numbers.hpp"
@@ -28,13 +30,52 @@ bool has_name(std::string_view formula, std::string_view name) {
 }  // namespace
 
 int GuessDraft::column(const char* channel) const {
+  const int c = column_by_name(channel);
+  return c >= 0 ? c : column_by_path(channel);
+}
+
+int GuessDraft::column_by_name(const char* channel) const {
   const char* const kind = unit_kind(channel);
-  for (const char* word : names_of(channel))
+  const std::string_view of = channel;
+  for (const std::string_view word : names_of(channel)) {
+    const bool only_both = word == "u" || (word == "v" && of == "vy"), only_alone = word == "v" && of == "vx";
+    if ((only_both && !has_u_and_v()) || (only_alone && has_u_and_v())) continue;
     for (std::size_t c = 0; c < table.name.size(); ++c)
-      if (is_called(known_as(c), word, kind) && quantile_of_size(table.column[c], 1.0) > 0.0)
-        return static_cast<int>(c);
+      if (is_called(known_as(c), word, kind) && !is_zero(c)) return static_cast<int>(c);
+  }
   return -1;
 }
+
+int GuessDraft::column_by_path(const char* channel) const {
+  const char* const kind = unit_kind(channel);
+  const auto look = [&](bool of_command) {
+    for (const char* word : names_of(channel))
+      for (std::size_t c = 0; c < table.name.size(); ++c)
+        if (is_called_in_path(known_as(c), word, kind) && is_path_of_command(known_as(c)) == of_command && !is_zero(c))
+          return static_cast<int>(c);
+    return -1;
+  };
+  constexpr std::string_view commands[] = {"d", "throttle", "brake", "delta", "steering_wheel"};
+  const bool commanded = std::ranges::find(commands, std::string_view(channel)) != std::end(commands);
+  const int told = commanded ? look(true) : -1;
+  return told >= 0 ? told : look(false);
+}
+
+bool GuessDraft::has_u_and_v() const {
+  constexpr double enough = 0.02;  // of the rows: a speed is hardly ever below 0
+  const auto find = [&](const char* word) {
+    for (std::size_t c = 0; c < table.name.size(); ++c)
+      if (is_called(known_as(c), word, "m/s") && (table.unit[c].empty() || !header_unit(table.unit[c], "m/s").empty()))
+        return static_cast<int>(c);
+    return -1;
+  };
+  const int u = find("u"), v = find("v");
+  if (u < 0 || v < 0 || !(quantile_of_size(values(u), 0.5) > quantile_of_size(values(v), 0.5))) return false;
+  const auto below = std::ranges::count_if(values(v), [](double one) { return one < 0.0; });
+  return static_cast<double>(below) > enough * static_cast<double>(table.rows());
+}
+
+bool GuessDraft::is_zero(std::size_t c) const { return !(quantile_of_size(table.column[c], 1.0) > 0.0); }
 
 const std::string& GuessDraft::known_as(std::size_t c) const {
   return table.meaning.empty() ? table.name[c] : table.meaning[c];
@@ -70,6 +111,14 @@ std::pair<double, double> GuessDraft::range(std::size_t c) const {
 bool GuessDraft::varies(std::size_t c) const {
   const auto [low, high] = range(c);
   return high > low;
+}
+
+double GuessDraft::rows_between_new_values(int c) const {
+  if (c < 0 || time.is_null()) return 1.0;
+  std::vector<double> t = values(column("time"));
+  const double second = to_si("1 " + time.find("unit")->text(), "s");
+  for (double& v : t) v *= second;
+  return rows_between_new(t, values(c));
 }
 
 bool GuessDraft::falls(std::size_t c) const {

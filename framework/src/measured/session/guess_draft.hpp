@@ -15,8 +15,11 @@ namespace gripline::measured {
 struct GuessDraft {
   explicit GuessDraft(const DelimitedTable& of) : table(of) {}
 
-  /// The column that is called as this channel or other quantity (names_of) and is not zero throughout, or -1.
+  /// The column that is called as this channel or other quantity (names_of) and is not zero throughout, or -1. By its
+  /// whole name, or where none is, by the last words of a path: of commands first those that a path calls so.
   int column(const char* channel) const;
+  /// Whether u and v are the forward and the lateral velocity: v alone is a speed, and u beside a v may be an input.
+  bool has_u_and_v() const;
   const std::vector<double>& values(int c) const { return table.column[static_cast<std::size_t>(c)]; }
   const std::string& name(int c) const { return table.name[static_cast<std::size_t>(c)]; }
   /// The name as a formula has it: in backquotes where it is not a word.
@@ -30,6 +33,8 @@ struct GuessDraft {
   /// Of the finite values; the first is the larger where there are none.
   std::pair<double, double> range(std::size_t c) const;
   bool varies(std::size_t c) const;
+  /// In how many rows a value repeats (rows_between_new); 1 without a time or such a column.
+  double rows_between_new_values(int c) const;
 
   bool found(const char* channel) const { return channels.find(channel) != nullptr; }
   /// Whether the time or a channel has this column.
@@ -45,6 +50,9 @@ struct GuessDraft {
   std::vector<std::string> remarks, open;  // as Guess has them
 
  private:
+  int column_by_name(const char* channel) const;
+  int column_by_path(const char* channel) const;
+  bool is_zero(std::size_t c) const;
   bool falls(std::size_t c) const;
   std::string candidates(bool rising) const;
 };

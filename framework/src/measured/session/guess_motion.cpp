@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
+#include <utility>
 
 #include "config/units.hpp"
 #include "measured/readings/unit_checks.hpp"
+#include "measured/session/guess_heading.hpp"
+#include "measured/table/column_names.hpp"
+#include "measured/table/formula.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {
@@ -28,6 +33,7 @@ class MotionGuess {
     for (const char* name : {"vx", "vy"}) draft_.guess_column(name, "m/s");
     check_speed_unit();
     guess_yaw_rate();
+    hold_repeated();
   }
 
  private:
@@ -80,13 +86,13 @@ class MotionGuess {
     double agreement() const { return std::max(std::hypot(sine, cosine), std::hypot(mirrored_sine, mirrored_cosine)); }
     bool counts_clockwise() const { return std::hypot(mirrored_sine, mirrored_cosine) > std::hypot(sine, cosine); }
   };
-  AgainstPath against_path(int c, double factor) const {
+  AgainstPath against_path(const Values& heading, double factor) const {
     AgainstPath sum;
     const PlaceColumns place = place_columns();
     double dx = 0, dy = 0;
     for (std::size_t i = 0; i + window < draft_.table.rows(); i += window)
-      if (way(place, i, i + window, dx, dy) && std::isfinite(draft_.values(c)[i])) {
-        const double a = factor * draft_.values(c)[i], path = std::atan2(dy, dx);
+      if (way(place, i, i + window, dx, dy) && std::isfinite(heading[i])) {
+        const double a = factor * heading[i], path = std::atan2(dy, dx);
         sum.sine += std::sin(path - a), sum.cosine += std::cos(path - a);
         sum.mirrored_sine += std::sin(path + a), sum.mirrored_cosine += std::cos(path + a), sum.rows += 1;
       }
@@ -98,16 +104,60 @@ class MotionGuess {
     if (draft_.unit_of(c, "rad") == "deg") return true;
     if (!draft_.table.unit[static_cast<std::size_t>(c)].empty() || quantile_of_size(draft_.values(c), 0.99) <= 7.0)
       return false;
-    return against_path(c, pi / 180).agreement() >= against_path(c, 1.0).agreement();
+    const Values& heading = draft_.values(c);
+    return against_path(heading, pi / 180).agreement() >= against_path(heading, 1.0).agreement();
+  }
+
+  /// A course is no heading. Where there is a place, reading the log makes one of it and knows it for a course, so that
+  /// no delay is found against it; alone it stands in for the yaw. Returns whether it does not.
+  bool leaves_course_out(int c) {
+    if (!is_called_course(draft_.known_as(static_cast<std::size_t>(c)))) return false;
+    const bool place = draft_.found("x") || lat_ >= 0;
+    draft_.remarks.push_back("yaw: " + draft_.name(c) +
+                             " is the course of the velocity, which differs from the yaw by the sideslip" +
+                             (place ? "; it is not used, as the place shows the course too"
+                                    : "; taken in its place, as nothing else shows where the car points"));
+    return place;
+  }
+
+  void judge_heading(const AgainstPath& path, const std::string& name) {
+    follows_path_ = path.agreement() >= 0.8 * path.rows;
+    if (!follows_path_) draft_.remarks.push_back("yaw: " + name + " follows the path badly; is it the heading?");
+  }
+  /// The yaw of the quaternion that poses of ROS have.
+  void guess_yaw_of_quaternion() {
+    const auto find = [&](const char* word) {
+      for (std::size_t c = 0; c < draft_.table.name.size(); ++c)
+        if (const std::string& name = draft_.known_as(c);
+            is_called(name, word, nullptr) || is_called_in_path(name, word, nullptr))
+          return static_cast<int>(c);
+      return -1;
+    };
+    const int x = find("orientationx"), y = find("orientationy"), z = find("orientationz"), w = find("orientationw");
+    if (z < 0 || w < 0 || !draft_.varies(static_cast<std::size_t>(z))) return;
+    for (const int c : {x, y, z, w})
+      if (c >= 0 && draft_.name(c).find('`') != std::string::npos) return;  // no formula can name it
+    const std::string qz = draft_.quoted(z), qw = draft_.quoted(w);
+    std::string formula = "2 * atan2(" + qz + ", " + qw + ")";
+    if (x >= 0 && y >= 0) {
+      const std::string qx = draft_.quoted(x), qy = draft_.quoted(y);
+      formula = "atan2(2 * (" + qw + " * " + qz + " + " + qx + " * " + qy + "), 1 - 2 * (" + qy + " * " + qy + " + " +
+                qz + " * " + qz + "))";
+    }
+    const AgainstPath path = against_path(Formula(formula, draft_.table, "yaw").evaluate(draft_.table, {}), 1.0);
+    if (path.rows > 20) judge_heading(path, draft_.name(z));
+    yaw_ = z;
+    draft_.channels.set("yaw", guessed_channel("formula", formula, "rad"));
   }
 
   /// Heading against the path: which of yaw, compass, degrees or radians is it?
   void guess_yaw() {
     const int c = draft_.column("yaw");
-    if (c < 0) return;
+    if (c < 0 || leaves_course_out(c)) return guess_yaw_of_quaternion();
+    yaw_ = c;
     const bool deg = is_in_degrees(c);
     const std::string angle = deg ? "rad(" + draft_.quoted(c) + ")" : draft_.quoted(c);
-    const AgainstPath path = against_path(c, deg ? pi / 180 : 1.0);
+    const AgainstPath path = against_path(draft_.values(c), deg ? pi / 180 : 1.0);
     std::string formula = angle;
     if (path.rows > 20) {
       const bool compass = path.counts_clockwise();
@@ -122,8 +172,7 @@ class MotionGuess {
       if (formula != angle)
         draft_.remarks.push_back("yaw: " + draft_.name(c) + (compass ? " counts clockwise" : " is turned") +
                                  " against the path");
-      if (path.agreement() < 0.8 * path.rows)
-        draft_.remarks.push_back("yaw: " + draft_.name(c) + " follows the path badly; is it the heading?");
+      judge_heading(path, draft_.name(c));
     }
     draft_.channels.set("yaw", formula == draft_.quoted(c) && !deg ? guessed_channel("column", draft_.name(c), "rad")
                                : formula == angle && deg           ? guessed_channel("column", draft_.name(c), "deg")
@@ -186,12 +235,50 @@ class MotionGuess {
       draft_.remarks.push_back("yaw_rate: values of " + significant(quantile_of_size(draft_.values(c), 0.98)) +
                                ", taken for deg/s");
     }
-    draft_.channels.set("yaw_rate", guessed_channel("column", draft_.name(c), unit));
+    Node node = guessed_channel("column", draft_.name(c), unit);
+    if (turns_against_heading(c)) {
+      node.set("sign", Node(-1.0));
+      draft_.remarks.push_back("yaw_rate: positive to the right; its sign is turned");
+      turn_lateral_velocity();
+    }
+    draft_.channels.set("yaw_rate", std::move(node));
+  }
+  /// Where the path tells how the heading counts: so does the yaw rate, or the other way round.
+  bool turns_against_heading(int c) const {
+    constexpr double clearly = -0.7;
+    return follows_path_ && heading_follows(draft_, c).value() < clearly;
+  }
+  /// u, v and r are of one frame: of a yaw rate that is positive to the right, v is too.
+  void turn_lateral_velocity() {
+    const Node* const vy = draft_.channels.find("vy");
+    if (vy == nullptr || !draft_.has_u_and_v()) return;
+    Node node = *vy;
+    node.set("sign", Node(-1.0));
+    draft_.channels.set("vy", std::move(node));
+    draft_.remarks.push_back("vy: positive to the right as the yaw rate; its sign is turned");
+  }
+
+  /// Readings that the logger repeats until there is a new one.
+  void hold_repeated() {
+    for (const char* channel : {"x", "y", "latitude", "longitude", "yaw", "vx", "vy", "yaw_rate"}) {
+      const Node* const found = draft_.channels.find(channel);
+      if (found == nullptr) continue;
+      const int c = channel == std::string_view("yaw") ? yaw_ : draft_.column(channel);
+      const double every = draft_.rows_between_new_values(c);
+      if (!(every > 1.0)) continue;
+      Node node = *found;
+      node.set("hold", Node("held"));
+      draft_.channels.set(channel, std::move(node));
+      draft_.remarks.push_back(std::string(channel) + ": a new value every " + significant(every) +
+                               " rows; read when it is new");
+    }
   }
 
   static constexpr std::size_t window = 10;  // rows over which headings and speeds are compared with the path
   GuessDraft& draft_;
   int lat_ = -1, lon_ = -1;
+  int yaw_ = -1;               // of a quaternion the z
+  bool follows_path_ = false;  // the yaw
 };
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <initializer_list>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -21,19 +23,23 @@ const std::vector<Names>& known_names() {
        {"ts", "time", "t", "times", "timestamp", "elapsedtime", "timems", "utctime", "stamp", "logtime", "seconds",
         "datetime", "elapsed", "unixtime", "epoch", "sec", "zeit"}},
       {"x",
-       {"xm", "x", "posx", "px", "xpos", "east", "xeast", "easting", "positionx", "posxm", "xmm", "utmx", "localx"}},
+       {"xm", "x", "posx", "px", "xpos", "east", "xeast", "easting", "positionx", "posxm", "xmm", "utmx", "localx",
+        "posex"}},
       {"y",
-       {"ym", "y", "posy", "py", "ypos", "north", "ynorth", "northing", "positiony", "posym", "ymm", "utmy", "localy"}},
+       {"ym", "y", "posy", "py", "ypos", "north", "ynorth", "northing", "positiony", "posym", "ymm", "utmy", "localy",
+        "posey"}},
       {"yaw",
        {"yawrad", "yaw", "heading", "psi", "psirad", "theta", "yawdeg", "headingrad", "headingdeg", "yawangle",
-        "course", "bearing", "gpsheading", "cog", "courseoverground", "gierwinkel"}},
+        "gpsheading", "gierwinkel", "course", "bearing", "cog", "courseoverground", "gpscourse", "gpscog"}},
       {"vx",
-       {"vx", "velx", "speedx", "velocityx", "twistlinearx", "speed", "groundspeed", "gpsspeed", "v", "velocity",
-        "vehiclespeed", "longitudinalvelocity", "longitudinalspeed", "vlong", "wheelspeed", "geschwindigkeit"}},
-      {"vy", {"vy", "vely", "speedy", "velocityy", "lateralvelocity"}},
+       {"vx", "velx", "speedx", "velocityx", "twistlinearx", "linearvelocityx", "u", "speed", "groundspeed", "gpsspeed",
+        "v", "velocity", "vehiclespeed", "longitudinalvelocity", "longitudinalspeed", "vlong", "wheelspeed",
+        "geschwindigkeit"}},
+      {"vy", {"vy", "vely", "speedy", "velocityy", "twistlineary", "linearvelocityy", "lateralvelocity", "v"}},
       {"yaw_rate",
        {"yawrateradps", "yawrate", "yawratedegps", "gyroz", "gyroyawvelocity", "rotz", "zrateofrotation", "omega",
-        "omegaz", "angularvelocityz", "r", "psidot", "imuyawrateradps", "wz", "gz", "angvelz", "imugz", "gierrate"}},
+        "omegaz", "angularvelocityz", "r", "psidot", "imuyawrateradps", "wz", "gz", "angvelz", "imugz", "gierrate",
+        "twistangularz"}},
       {"d", {"d", "throttlebrake", "pedal", "duty", "motor"}},
       {"throttle",
        {"throttlenorm", "throttlepct", "throttle", "throttlepos", "throttleposition", "accelerator", "acceleratorpos",
@@ -49,8 +55,8 @@ const std::vector<Names>& known_names() {
       {"steering_wheel",
        {"steeringwheelangle", "steeringwheel", "steerwheelangle", "swa", "handwheelangle", "handwheel", "sas",
         "sasangle", "lenkradwinkel"}},
-      {"latitude", {"latitude", "lat", "gpslatitude", "latitudedeg"}},
-      {"longitude", {"longitude", "lon", "long", "gpslongitude", "longitudedeg", "lng"}},
+      {"latitude", {"latitude", "lat", "gpslatitude", "latitudedeg", "gpslat"}},
+      {"longitude", {"longitude", "lon", "long", "gpslongitude", "longitudedeg", "lng", "gpslon", "gpslong"}},
       {"enable", {"driveenabled", "enable", "enabled", "motorenabled", "deadman", "autonomous"}},
       {"valid", {"posevalid", "valid", "gpsvalid", "fixvalid"}}};
   return all;
@@ -84,6 +90,41 @@ const std::vector<Endings>& unit_endings() {
                                            {"ft", {"ft"}},
                                            {"m", {"m"}}};
   return all;
+}
+
+/// Whether a word is a unit of this kind and nothing else.
+bool is_unit(std::string_view word, const char* kind) {
+  const std::string plain = plain_name(word);
+  return !header_unit(word, kind).empty() || std::ranges::any_of(unit_endings(), [&](const Endings& endings) {
+    return std::ranges::find(endings.letters, std::string_view(plain)) != endings.letters.end() &&
+           !header_unit(endings.unit, kind).empty();
+  });
+}
+
+/// The words of "pose.position.x" or "/car/speed"; of a name that is no path itself. A slash or a dot beside a blank
+/// separates nothing: "Latitude / Y Position", "No. of laps".
+std::vector<std::string_view> words_of_path(std::string_view name) {
+  std::vector<std::string_view> words;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i <= name.size(); ++i) {
+    const bool end = i == name.size();
+    if (!end && name[i] != '.' && name[i] != '/') continue;
+    if (!end && ((i > 0 && name[i - 1] == ' ') || (i + 1 < name.size() && name[i + 1] == ' '))) continue;
+    if (i > begin) words.push_back(name.substr(begin, i - begin));
+    begin = i + 1;
+  }
+  return words;
+}
+
+/// Whether a word before the last one makes it something else than a place, an angle or a motion of the car.
+bool is_of_another_thing(std::string_view before, std::string_view kind) {
+  const std::string plain = plain_name(before);
+  const auto has = [&](const char* part) { return plain.find(part) != std::string::npos; };
+  if (kind == "m" || kind == "rad")
+    return has("vel") || has("speed") || has("rate") || has("gyro") || has("twist") || has("omega") || has("acc");
+  if (kind == "m/s" || kind == "rad/s")
+    return has("acc") || has("engine") || has("motor") || has("wheel") || has("wind");
+  return false;
 }
 
 }  // namespace
@@ -132,6 +173,44 @@ bool is_called(std::string_view name, std::string_view word, const char* kind) {
   return std::ranges::any_of(unit_endings(), [&](const Endings& endings) {
     return std::ranges::find(endings.letters, rest) != endings.letters.end() &&
            !header_unit(endings.unit, kind).empty();
+  });
+}
+
+bool is_called_in_path(std::string_view name, std::string_view word, const char* kind) {
+  constexpr std::string_view of_many_meanings[] = {"pedal", "motor", "enable", "enabled", "valid", "lat", "long"};
+  const std::vector<std::string_view> words = words_of_path(name);
+  if (words.size() < 2) return false;
+  // "stamp.sec" beside "stamp.nanosec" is not the whole time.
+  if (kind != nullptr && kind == std::string_view("s") && is_unit(words.back(), kind)) return false;
+  const auto from = [&](std::size_t first) {
+    return name.substr(static_cast<std::size_t>(words[first].data() - name.data()));
+  };
+  for (std::size_t first = 1; first + 1 < words.size(); ++first)
+    if (is_called(from(first), word, kind)) return true;
+  if (!is_called(words.back(), word, kind) || word.size() < 2 ||
+      std::ranges::find(of_many_meanings, word) != std::end(of_many_meanings))
+    return false;
+  if (kind == nullptr) return true;
+  return !is_unit(word, kind) && std::none_of(words.begin(), words.end() - 1, [&](std::string_view before) {
+    return is_of_another_thing(before, kind);
+  });
+}
+
+bool is_path_of_command(std::string_view name) {
+  const std::vector<std::string_view> words = words_of_path(name);
+  return words.size() > 1 && std::ranges::any_of(words, [](std::string_view word) {
+           const std::string plain = plain_name(word);
+           if (plain == "ref" || plain == "drive") return true;  // as of ackermann_msgs
+           return std::ranges::any_of(std::initializer_list<std::string_view>{"cmd", "command", "desired", "target",
+                                                                              "setpoint", "reference", "goal"},
+                                      [&](std::string_view start) { return plain.starts_with(start); });
+         });
+}
+
+bool is_called_course(std::string_view name) {
+  constexpr std::string_view words[] = {"course", "bearing", "cog", "courseoverground", "gpscourse", "gpscog"};
+  return std::ranges::any_of(words, [&](std::string_view word) {
+    return is_called(name, word, "rad") || is_called_in_path(name, word, "rad");
   });
 }
 

@@ -9,6 +9,7 @@
 #include "config/units.hpp"
 #include "measured/table/cell_value.hpp"
 #include "measured/table/refuse_file.hpp"
+#include "measured/table/text_encoding.hpp"
 
 namespace gripline::measured {
 namespace {
@@ -335,9 +336,9 @@ int DelimitedTable::find(std::string_view wanted) const {
 }
 
 DelimitedTable read_delimited(const std::filesystem::path& file) {
-  const std::string text = read_bytes(file);
+  std::string text = read_bytes(file);
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
   std::string_view rest = text;
-  if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
   if (rest.starts_with("\xff\xfe") || rest.starts_with("\xfe\xff"))
     refuse_file(file, "the file is UTF-16; expected UTF-8 (save it again as UTF-8 or ASCII)");
   if (rest.starts_with("#ROSBAG V") || rest.starts_with("SQLite format 3"))
@@ -346,9 +347,10 @@ DelimitedTable read_delimited(const std::filesystem::path& file) {
                 "writes what the map reads of it)");
   if (rest.find('\0') != std::string_view::npos)
     refuse_file(file, "the file is not a text; expected a table in text, as CSV");
+  const bool windows = to_utf8(text);
   Reader reader;
   reader.table.file = file;
-  reader.lines = lines_of(rest);
+  reader.lines = lines_of(text);
   if (reader.lines.empty()) refuse_file(file, "the file is empty; expected a header line and rows of numbers");
   reader.shape = shape_of(sample_of(reader.lines));
   if (reader.shape.cells < 2)
@@ -362,6 +364,7 @@ DelimitedTable read_delimited(const std::filesystem::path& file) {
   if (reader.shape.separator != ',')
     reader.table.found.push_back(std::string("columns separated by ") + names.at(reader.shape.separator));
   if (reader.shape.decimal_comma) reader.table.found.push_back("decimal commas");
+  if (windows) reader.table.found.push_back("letters that are not UTF-8, taken for Windows-1252");
   return std::move(reader.table);
 }
 

@@ -37,7 +37,7 @@ struct DelimitedTable {
 /// equally long; lines before the header, lines that begin with '#', "//" or '%' and rows of another length are left
 /// out; rows that lack less than half of their cells have empty ones there. A header may begin with '#'; units stand in
 /// a row of their own (perhaps behind '#') or behind the name, as "Speed (km/h)" or "Speed [km/h]". true and false are
-/// 1 and 0; "12:34.5" and "1:12:34.5" are seconds.
+/// 1 and 0; "12:34.5" and "1:12:34.5" are seconds. Lines that are not UTF-8 are read as Windows-1252.
 /// Throws InputError: no such file, not a text, no row of numbers, no header.
 DelimitedTable read_delimited(const std::filesystem::path& file);
 

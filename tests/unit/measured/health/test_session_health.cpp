@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <random>
+#include <set>
 #include <string>
 
 #include "support/wandering_session.hpp"
@@ -111,6 +112,22 @@ TEST(SessionHealth, EveryOtherRowThatRepeatsIsHeld) {
   };
   EXPECT_EQ(hints(1), "");
   EXPECT_EQ(hints(2), "x a new value every 2 rows; y a new value every 2 rows; ");
+}
+
+/// A receiver of 5 Hz in rows of 25 Hz: its steps are no slips of a clock, and not what a simulation or a filter leaves.
+TEST(SessionHealth, ReadingsThatRepeatHaveNeitherSlipsNorNoise) {
+  std::array<double, 6> last{};
+  SessionFile file;
+  file.row_step = 0.04;
+  file.session = wandering([&](double, std::size_t k, auto& row, auto&, auto, auto) {
+    if (k % 5 == 0) last = row;
+    row[0] = last[0], row[1] = last[1];
+  });
+  std::set<std::string> checks;
+  for (const Finding& f : health_of(file)) checks.insert(f.check);
+  EXPECT_TRUE(checks.contains("x"));
+  EXPECT_TRUE(checks.contains("noise of vx"));
+  for (const char* said : {"position", "noise of x", "noise of y"}) EXPECT_FALSE(checks.contains(said)) << said;
 }
 
 TEST(SessionHealth, CommandsThatRepeatInStepAreToldUnlessTheMapSaysWhatThatMeans) {

@@ -112,6 +112,45 @@ TEST(GuessCommands, AThrottleWithoutTheBrakeBesideItIsSaid) {
                                                testing::HasSubstr("\"formula\": \"Gas - Bremse\""))));
 }
 
+/// The map of a log with a throttle in per cent and this brake, which reaches `most`.
+Guess guess_of_brake(const std::string& name, const std::string& unit, double most) {
+  const auto file = scratch("brake.csv");
+  std::ofstream out(file);
+  out << "time,x,y,delta,throttle," << name << "\ns,m,m,rad,%," << unit << '\n';
+  for (int k = 0; k <= 100; ++k)
+    out << 0.1 * k << ',' << k << ",1," << 0.1 * std::sin(0.1 * k) << ',' << k << ',' << 0.01 * k * most << '\n';
+  out.close();
+  return guess_map(read_delimited(file));
+}
+std::string formula_of_brake(const std::string& name, const std::string& unit, double most) {
+  const Guess guess = guess_of_brake(name, unit, most);
+  return find_pointer(guess.map, "/channels/d/formula")->text();
+}
+
+TEST(GuessCommands, ABrakeIsPerCentWhereUnitNameOrSizeSaysSo) {
+  EXPECT_EQ(formula_of_brake("brake", "%", 56), "throttle / 100 - brake / 100");
+  EXPECT_EQ(formula_of_brake("brake_pct", "", 56), "throttle / 100 - brake_pct / 100");
+  EXPECT_EQ(formula_of_brake("brake", "", 99), "throttle / 100 - brake / 100");
+  EXPECT_EQ(formula_of_brake("brake", "bar", 99), "throttle / 100 - brake / 99");
+  EXPECT_EQ(formula_of_brake("BrakePresFront", "", 99), "throttle / 100 - BrakePresFront / 99");
+  EXPECT_EQ(formula_of_brake("brake", "V", 5), "throttle / 100 - brake / 5");
+  EXPECT_EQ(formula_of_brake("brake", "", 1), "throttle / 100 - brake");
+}
+
+TEST(GuessCommands, ABrakeThatMayBeAPressureIsSaid) {
+  const Guess guess = guess_of_brake("brake", "", 56);
+  EXPECT_EQ(find_pointer(guess.map, "/channels/d/formula")->text(), "throttle / 100 - brake / 56");
+  const auto said = testing::AllOf(testing::HasSubstr("may be per cent or a pressure"),
+                                   testing::HasSubstr("\"brake / 100\" if it is per cent"));
+  EXPECT_THAT(guess.remarks, testing::Contains(said));
+  EXPECT_THAT(find_pointer(guess.map, "/channels/d/note")->text(), said);
+}
+
+TEST(GuessCommands, AnUnusedBrakeIsScaledByItsUnit) {
+  EXPECT_THAT(guess_of_brake("Bremse", "%", 70).remarks,
+              testing::Contains(testing::HasSubstr("\"formula\": \"throttle / 100 - Bremse / 100\"")));
+}
+
 /// A log without a yaw rate, as of a compass or of a motion capture system.
 TEST(GuessCommands, ASteeringThatIsPositiveToTheRightIsToldByTheHeading) {
   const auto sign = [](bool compass, double left) {

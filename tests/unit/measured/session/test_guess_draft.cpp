@@ -66,5 +66,56 @@ TEST(GuessDraft, NamesMayEndWithAUnit) {
   }
 }
 
+TEST(GuessDraft, DegreeSignsOfWindows1252AreDegrees) {
+  const Guess guess = guess_of_columns("Zeit [s],x [m],y [m],Gierrate [\xb0/s],Lenkwinkel [\xb0]");
+  EXPECT_EQ(find_pointer(guess.map, "/channels/yaw_rate/unit")->text(), "deg/s");
+  EXPECT_EQ(find_pointer(guess.map, "/channels/delta/unit")->text(), "deg");
+}
+
+TEST(GuessDraft, WordsOfAPathCount) {
+  const Guess guess = guess_of_columns(
+      "stamp,pose.position.x,pose.position.y,twist.linear.x,twist.linear.y,twist.angular.z,cmd.throttle,"
+      "cmd.steering_angle");
+  EXPECT_THAT(guess.open, testing::IsEmpty());
+  const auto column = [&](const char* channel) {
+    const Node* const found = find_pointer(guess.map, std::string("/channels/") + channel + "/column");
+    return found == nullptr ? std::string() : found->text();
+  };
+  EXPECT_EQ(column("x"), "pose.position.x");
+  EXPECT_EQ(column("y"), "pose.position.y");
+  EXPECT_EQ(column("vx"), "twist.linear.x");
+  EXPECT_EQ(column("vy"), "twist.linear.y");
+  EXPECT_EQ(column("yaw_rate"), "twist.angular.z");
+  EXPECT_EQ(column("delta"), "cmd.steering_angle");
+  EXPECT_EQ(find_pointer(guess.map, "/channels/d/formula")->text(), "`cmd.throttle`");
+}
+
+TEST(GuessDraft, OfPathsACommandIsNoReadingAndIsTakenFirstForACommand) {
+  const Guess guess = guess_of_columns("time,x,y,drive.speed,odom.speed,state.steering_angle,drive.steering_angle");
+  EXPECT_EQ(find_pointer(guess.map, "/channels/vx/column")->text(), "odom.speed");
+  EXPECT_EQ(find_pointer(guess.map, "/channels/delta/column")->text(), "drive.steering_angle");
+}
+
+/// The column of a channel, "" for none, in a log in which u is 10 and v swings by `sideways` about `middle`.
+std::string column_beside_u(const char* channel, double middle, double sideways) {
+  const auto file = scratch("body.csv");
+  std::ofstream out(file);
+  out << "time,x,y,delta,u_mps,v_mps\n";
+  for (int k = 0; k < 200; ++k)
+    out << 0.1 * k << ',' << k << ",1,0.1," << 10 + 0.001 * k << ',' << middle + (k % 2 == 0 ? 1 : -1) * sideways
+        << '\n';
+  out.close();
+  const Guess guess = guess_map(read_delimited(file));
+  const Node* const found = find_pointer(guess.map, std::string("/channels/") + channel + "/column");
+  return found == nullptr ? std::string() : found->text();
+}
+
+TEST(GuessDraft, UIsForwardAndVLateralWhereBothAreThere) {
+  EXPECT_EQ(column_beside_u("vx", 0.0, 0.5), "u_mps");
+  EXPECT_EQ(column_beside_u("vy", 0.0, 0.5), "v_mps");
+  EXPECT_EQ(column_beside_u("vx", 12.0, 0.5), "v_mps") << "u is an input of a car that goes at v";
+  EXPECT_EQ(column_beside_u("vy", 12.0, 0.5), "");
+}
+
 }  // namespace test_guess_draft
 }  // namespace gripline::measured

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "measured/session/session_file.hpp"
 #include "support/guess_of_columns.hpp"
 #include "support/scratch.hpp"
+#include "support/session_logs.hpp"
 
 namespace gripline::measured {
 namespace test_guess_motion {
@@ -109,6 +111,71 @@ TEST(GuessMotion, TheUnitOfANameStandsAndWhatThePathSaysIsTold) {
   EXPECT_THAT(wrong.remarks, said);
   EXPECT_THAT(guess_of_held_place("speed_kmh", 3.6, 1200).remarks,
               testing::Not(testing::Contains(testing::HasSubstr("vx:"))));
+}
+
+TEST(GuessMotion, ACourseIsNoYawWhereThereIsAPlace) {
+  const auto said = [](const char* end) {
+    return testing::Contains(
+        testing::AllOf(testing::HasSubstr("GPS_Course_deg is the course of the velocity"), testing::HasSubstr(end)));
+  };
+  const Guess beside = test::guess_of_columns("time,x,y,delta,GPS_Course_deg");
+  EXPECT_EQ(find_pointer(beside.map, "/channels/yaw"), nullptr);
+  EXPECT_THAT(beside.remarks, said("not used"));
+  const Guess alone = test::guess_of_columns("time,vx,delta,GPS_Course_deg");
+  EXPECT_EQ(find_pointer(alone.map, "/channels/yaw/column")->text(), "GPS_Course_deg");
+  EXPECT_THAT(alone.remarks, said("taken in its place"));
+  EXPECT_THAT(test::guess_of_columns("time,x,y,delta,yaw,GPS_Course_deg").remarks,
+              testing::Not(testing::Contains(testing::HasSubstr("course of the velocity"))));
+}
+
+TEST(GuessMotion, AQuaternionIsAYaw) {
+  const auto log =
+      test::log_of("time,pose.position.x,pose.position.y,pose.orientation.z,pose.orientation.w,steering_angle",
+                   [](std::ostream& out, double t, double x, double y, double yaw, double, double delta) {
+                     out << t << ',' << x << ',' << y << ',' << std::sin(0.5 * yaw) << ',' << std::cos(0.5 * yaw) << ','
+                         << delta << '\n';
+                   });
+  const Guess guess = guess_map(read_delimited(log));
+  EXPECT_EQ(find_pointer(guess.map, "/channels/yaw/formula")->text(),
+            "2 * atan2(`pose.orientation.z`, `pose.orientation.w`)");
+}
+
+/// As aircraft and ships count: x to the north, y to the east, all positive to the right.
+TEST(GuessMotion, OfAFrameThatIsPositiveToTheRightSignsAreTurned) {
+  const auto log =
+      test::log_of("time,north_m,east_m,heading_rad,u_mps,v_mps,r_radps,steer_rad",
+                   [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+                     const double heading = std::remainder(std::numbers::pi / 2 - yaw, 2 * std::numbers::pi);
+                     out << t << ',' << y << ',' << x << ',' << heading << ",10," << -0.1 * rate << ',' << -rate << ','
+                         << -delta << '\n';
+                   });
+  const Guess guess = guess_map(read_delimited(log));
+  EXPECT_EQ(find_pointer(guess.map, "/channels/vx/column")->text(), "u_mps");
+  for (const char* turned : {"/channels/vy", "/channels/yaw_rate", "/channels/delta"}) {
+    const Node* const sign = find_pointer(guess.map, std::string(turned) + "/sign");
+    ASSERT_NE(sign, nullptr) << turned;
+    EXPECT_EQ(sign->number(), -1.0) << turned;
+  }
+}
+
+TEST(GuessMotion, ReadingsThatRepeatInStepAreHeld) {
+  const auto file = scratch("repeats.csv");
+  std::ofstream out(file);
+  out << "time,x,y,vx,yaw_rate,delta\n";
+  for (int k = 0; k < 1000; ++k) {
+    const double t = 0.02 * k, read = 0.1 * (k / 5);  // a receiver of 10 Hz
+    out << t << ',' << 10 * read << ',' << std::sin(read) << ',' << 10 + std::sin(0.5 * read) << ','
+        << 0.2 * std::sin(t) << ',' << 0.1 * std::sin(t) << '\n';
+  }
+  out.close();
+  const Guess guess = guess_map(read_delimited(file));
+  for (const char* channel : {"x", "y", "vx"}) {
+    const Node* const hold = find_pointer(guess.map, std::string("/channels/") + channel + "/hold");
+    ASSERT_NE(hold, nullptr) << channel;
+    EXPECT_EQ(hold->text(), "held") << channel;
+  }
+  EXPECT_EQ(find_pointer(guess.map, "/channels/yaw_rate/hold"), nullptr);
+  EXPECT_THAT(guess.remarks, testing::Contains("x: a new value every 5 rows; read when it is new"));
 }
 
 }  // namespace test_guess_motion

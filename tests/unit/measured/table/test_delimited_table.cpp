@@ -172,5 +172,12 @@ TEST(DelimitedTable, ABagOfRosIsToldFromATable) {
   EXPECT_THAT(why("SQLite format 3\n"), HasSubstr("gripline import BAG --map MAP --table FILE.csv"));
 }
 
+/// As Excel saves a CSV where decimals are written with commas.
+TEST(DelimitedTable, ReadsWindows1252) {
+  const auto t = read("Zeit [s];Gierrate [\xb0/s]\n" + rows("0,02;-3,9\n", 6));
+  EXPECT_THAT(t.unit, ElementsAre("s", "\xc2\xb0/s"));
+  EXPECT_THAT(t.found, testing::Contains(HasSubstr("Windows-1252")));
+}
+
 }  // namespace test_delimited_table
 }  // namespace gripline::measured
