@@ -65,6 +65,13 @@ double parse(const std::filesystem::path& file, const CsvLine& line, std::string
   return number;
 }
 
+/// Whether a row is the last one, before this `rest` of a file, and ends early: cells are missing or a number's end.
+bool is_cut(const std::vector<std::string_view>& cells, std::size_t columns, std::string_view rest) {
+  constexpr std::string_view blanks = " \t\r\n", unfinished = "+-eE";
+  if (rest.find_first_not_of(blanks) != std::string_view::npos || cells.size() > columns) return false;
+  return cells.size() < columns || (!cells.back().empty() && unfinished.find(cells.back().back()) != unfinished.npos);
+}
+
 /// Words, as a header has and no row.
 bool are_names(const std::vector<std::string_view>& cells) {
   return std::ranges::all_of(cells, [](std::string_view cell) {
@@ -107,7 +114,7 @@ std::vector<double> CsvTable::column(std::string_view name) const {
   return out;
 }
 
-CsvTable read_csv(const std::filesystem::path& file, bool allow_missing) {
+CsvTable read_csv(const std::filesystem::path& file, bool allow_missing, bool allow_cut) {
   constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
   const std::string text = read_bytes(file);
   CsvTable table;
@@ -151,6 +158,10 @@ CsvTable read_csv(const std::filesystem::path& file, bool allow_missing) {
     if (!sure) {
       sure = true;
       if (find_header(table, remarks, cells)) continue;
+    }
+    if (allow_cut && is_cut(cells, table.columns, rest)) {
+      table.cut_line = line.number;
+      break;
     }
     if (cells.size() != table.columns) {
       const bool more = cells.size() > table.columns;

@@ -15,6 +15,7 @@ struct CsvTable {
   std::vector<double> values;
   std::vector<int> line;
   std::size_t columns = 0;
+  int cut_line = 0;  // of a last row that ends early and was left out; 0: none
 
   std::size_t rows() const { return line.size(); }
   double at(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
@@ -26,8 +27,10 @@ struct CsvTable {
 
 /// Reads a comma-separated file: one header line (a leading '#' is allowed, and so are remarks behind '#' before it
 /// where they have another number of cells), then numbers. CRLF, a trailing newline and a UTF-8 byte order mark are
-/// fine. Empty cells and "nan" are refused unless `allow_missing`, which reads them as NaN.
+/// fine. Empty cells and "nan" are refused unless `allow_missing`, which reads them as NaN. A last row with too few
+/// cells, or that ends within a number, is refused unless `allow_cut`: as a logger's that was switched off it is left
+/// out.
 /// Throws InputError with file, line and column: wrong separators, decimal commas, text, rows of another length.
-CsvTable read_csv(const std::filesystem::path& file, bool allow_missing = false);
+CsvTable read_csv(const std::filesystem::path& file, bool allow_missing = false, bool allow_cut = false);
 
 }  // namespace gripline

@@ -93,6 +93,20 @@ TEST_F(Csv, MissingCellsOnlyWhereTheyAreAllowed) {
   EXPECT_EQ(table.at(1, 1), 2);
 }
 
+TEST_F(Csv, ALastRowThatIsCutIsLeftOutWhereThatIsAllowed) {
+  const auto cut = [&](std::string_view text) {
+    write_text(folder_ / "t.csv", text);
+    return read_csv(folder_ / "t.csv", true, true);
+  };
+  for (const char* text : {"a,b\n1,2\n3", "a,b\n1,2\n3,-", "a,b\n1,2\n3\n\n"}) {
+    EXPECT_THAT(cut(text).values, ElementsAre(1, 2)) << text;
+    EXPECT_EQ(cut(text).cut_line, 3) << text;
+  }
+  EXPECT_EQ(cut("a,b\n1,2\n3,4").cut_line, 0);
+  EXPECT_EQ(cut("a,b\n1,2\n3,").rows(), 2u);
+  EXPECT_THAT(refusal([&] { (void)cut("a,b\n1\n3,4\n"); }), HasSubstr("expected 2 columns"));
+}
+
 TEST_F(Csv, RefusalsSayLineAndColumn) {
   EXPECT_EQ(why("a,b\n1,2\n3,x\n"), "t.csv:3:3: expected a finite number, found \"x\"");
   EXPECT_EQ(why("a,b\n1,inf\n"), "t.csv:2:3: expected a finite number, found \"inf\"");

@@ -7,6 +7,7 @@
 #include "measured/log/log_checks.hpp"
 #include "measured/log/log_outliers.hpp"
 #include "measured/log/raw_log.hpp"
+#include "measured/log/repeated_readings.hpp"
 #include "measured/readings/bridged_readings.hpp"
 #include "measured/session/session_windows.hpp"
 #include "util/numbers.hpp"
@@ -89,6 +90,13 @@ void note_missing(const CsvTable& table, const RawLog& raw, std::vector<Finding>
     health.push_back({Finding::Level::note, "readings", std::to_string(missing) + " missing", "left out"});
 }
 
+/// What is written but was not read. What stands still goes first: it is longer than any pace.
+void leave_out_repeated(RawLog& raw, double dt, double slowest, std::vector<Finding>& health) {
+  leave_out_constant_lateral_speed(raw, health);
+  leave_out_standing(raw, slowest, health);
+  leave_out_repeats(raw, dt, slowest, health);
+}
+
 void leave_out_spikes(RawLog& raw, std::vector<Finding>& health) {
   const std::size_t dropped = drop_outliers(raw);
   if (dropped == 0) return;
@@ -166,6 +174,7 @@ LogFile on_even_grid(const Session& session, double v_ref) {
   LogFile log;
   log.name = session.name;
   RawLog raw = raw_of(session);
+  drop_blank_rows(raw, log.health);
   drop_gross_outliers(raw, log.health);
   unwrap_yaw(raw, log.health);
   Cut cut = cleaned_and_cut(raw, dt, v_ref, log.health);
@@ -175,10 +184,13 @@ LogFile on_even_grid(const Session& session, double v_ref) {
 }
 
 LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& expected) {
-  const CsvTable table = read_csv(file, true);
+  const CsvTable table = read_csv(file, true, true);
   LogFile log;
   log.name = file.filename().string();
   RawLog raw = read_columns(table);
+  if (table.cut_line > 0)
+    log.health.push_back({Finding::Level::note, "rows",
+                          "the last one, line " + std::to_string(table.cut_line) + ", ends early", "left out"});
   const std::size_t unusable = table.rows() - raw.size();
   if (unusable > 0)
     log.health.push_back(
@@ -186,6 +198,8 @@ LogFile read_log_file(const std::filesystem::path& file, const LogExpectations& 
   const double dt = check_time(table, raw, log.health);
   check_yaw_is_radians(table, raw);
   note_missing(table, raw, log.health);
+  drop_blank_rows(raw, log.health);
+  leave_out_repeated(raw, dt, slow_share * expected.v_ref, log.health);
   drop_gross_outliers(raw, log.health);
   unwrap_yaw(raw, log.health);
   check_units(table, raw, expected, log.health);

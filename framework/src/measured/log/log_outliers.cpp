@@ -75,25 +75,6 @@ bool command_jumps(const std::vector<double>& command, std::size_t i, double lea
   return before * after < 0.0 && std::min(std::abs(before), std::abs(after)) > least;
 }
 
-/// Rows whose readings are all exactly zero, which several sensors with noise never show at once.
-void drop_blank_rows(RawLog& raw, std::vector<Finding>& health) {
-  constexpr std::size_t several = 3;
-  std::vector<std::size_t> written;
-  for (std::size_t i = 0; i < raw.size(); ++i) {
-    std::size_t zeros = 0, others = 0;
-    for (std::size_t c = 0; c < channels; ++c) {
-      zeros += raw.at(i, c) == 0.0;
-      others += std::isfinite(raw.at(i, c)) && raw.at(i, c) != 0.0;
-    }
-    if (zeros < several || others > 0) written.push_back(i);
-  }
-  const std::size_t blank = raw.size() - written.size();
-  // Half a log of zeros is a car that stands.
-  if (blank == 0 || 2 * blank > raw.size()) return;
-  raw = raw.picked(written);
-  health.push_back({Finding::Level::note, "rows", std::to_string(blank) + " without any reading", "left out"});
-}
-
 /// Rows with impossible commands are dropped when they are few; many are a wrong unit, for check_units to refuse.
 void drop_impossible_commands(RawLog& raw, std::vector<Finding>& health) {
   std::vector<std::size_t> good;
@@ -185,8 +166,25 @@ std::size_t drop_gross_outliers(Session& session) {
   return readings;
 }
 
+void drop_blank_rows(RawLog& raw, std::vector<Finding>& health) {
+  constexpr std::size_t several = 3;
+  std::vector<std::size_t> written;
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    std::size_t zeros = 0, others = 0;
+    for (std::size_t c = 0; c < channels; ++c) {
+      zeros += raw.at(i, c) == 0.0;
+      others += std::isfinite(raw.at(i, c)) && raw.at(i, c) != 0.0;
+    }
+    if (zeros < several || others > 0) written.push_back(i);
+  }
+  const std::size_t blank = raw.size() - written.size();
+  // Half a log of zeros is a car that stands.
+  if (blank == 0 || 2 * blank > raw.size()) return;
+  raw = raw.picked(written);
+  health.push_back({Finding::Level::note, "rows", std::to_string(blank) + " without any reading", "left out"});
+}
+
 void drop_gross_outliers(RawLog& raw, std::vector<Finding>& health) {
-  drop_blank_rows(raw, health);
   drop_impossible_commands(raw, health);
   std::vector<std::size_t> count;
   const std::size_t readings = drop_far_readings(raw, count);

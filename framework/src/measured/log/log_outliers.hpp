@@ -6,6 +6,9 @@
 
 namespace gripline::measured {
 
+/// Rows whose readings are all exactly zero, which several sensors with noise never show at once, are dropped where
+/// they are less than half of all.
+void drop_blank_rows(RawLog& raw, std::vector<Finding>& health);
 /// Gross outliers, whatever the units: readings far from all their neighbours become not_a_number; rows with three of
 /// them or more are dropped unless their commands are continuous.
 void drop_gross_outliers(RawLog& raw, std::vector<Finding>& health);

@@ -57,6 +57,20 @@ std::string meant(const CsvTable& table, const std::string& column) {
   return near ? "; did you mean \"" + *near + "\"?" : std::string();
 }
 
+/// The table's columns; of a file that is no table but one endless line or name, the beginning.
+std::string found_names(const CsvTable& table) {
+  constexpr std::size_t longest_name = 40, longest = 400;  // bytes
+  std::string found;
+  for (const std::string& name : table.header) {
+    if (found.size() > longest) return found + ", ... (" + std::to_string(table.header.size()) + " columns)";
+    std::size_t end = std::min(name.size(), longest_name);
+    while (end < name.size() && end > 0 && (name[end] & 0xc0) == 0x80) --end;  // not within a letter
+    const bool whole = end == name.size();
+    found += (found.empty() ? "" : ", ") + name.substr(0, end) + (whole ? "" : "...");
+  }
+  return found;
+}
+
 void check_header(const CsvTable& table) {
   std::string missing;
   for (const Alias& a : aliases()) {
@@ -68,12 +82,11 @@ void check_header(const CsvTable& table) {
       missing += (missing.empty() ? "" : ", ") + (a.column + meant(table, a.column));
   }
   if (missing.empty()) return;
-  std::string found;
-  for (const std::string& name : table.header) found += (found.empty() ? "" : ", ") + name;
   refuse(table, "columns missing: " + missing +
                     " (needed: t_s, x_m, y_m, yaw_rad, vx_mps, yaw_rate_radps, d, delta_rad; "
                     "vy_mps may be absent; found: " +
-                    found + ")");
+                    found_names(table) +
+                    "); a log with columns of its own needs a map (gripline import --guess LOG.csv writes one)");
 }
 
 }  // namespace

@@ -92,6 +92,43 @@ TEST_F(LogFiles, MissingColumnsAreNamedWithTheNearest) {
   EXPECT_NE(text.find("did you mean \"vx_ms\""), std::string::npos) << text;
 }
 
+TEST_F(LogFiles, OtherColumnsAreLedToAMapAndAFileThatIsNoTableIsNotPrinted) {
+  EXPECT_NE(
+      refusal(rows_, "t_s,x_m,y_m,yaw_rad,vx_ms,vy_mps,yaw_rate_radps,d,delta_rad").find("gripline import --guess"),
+      std::string::npos);
+  const std::string one = refusal({}, std::string(4096, 'D'));
+  EXPECT_NE(one.find("found: DDDD"), std::string::npos) << one;
+  EXPECT_LT(one.size(), 600U);
+  std::string many = "a";
+  for (int i = 0; i < 500; ++i) many += ",\x01" + std::to_string(i);
+  const std::string cut = refusal({}, many);
+  EXPECT_NE(cut.find("\\x01"), std::string::npos) << cut;
+  EXPECT_NE(cut.find("... (501 columns)"), std::string::npos) << cut;
+}
+
+TEST_F(LogFiles, ALastRowThatEndsEarlyIsLeftOut) {
+  for (const char* end : {"20.02,1.5,2.5,0.1", "20.02,1,1,1,1,1,1,0.1,-"}) {
+    const auto file = write(rows_);
+    std::ofstream(file, std::ios::app) << end;
+    const LogFile log = read_log_file(file, {2.0, nullptr});
+    EXPECT_EQ(log.stretches[0].size(), rows_.size()) << end;
+    EXPECT_TRUE(mentions(log, "rows")) << end;
+    std::ofstream(file, std::ios::app) << "\n20.04,1,1,1,1,1,1,0.1,0.1\n";
+    EXPECT_THROW((void)read_log_file(file, {2.0, nullptr}), InputError) << end;
+  }
+}
+
+/// A channel of 10 Hz whose last value is written into every row counts as one with empty cells between.
+TEST_F(LogFiles, RepeatsOfAHeldChannelAreNoReadings) {
+  const LogFile held =
+      read(changed([&](std::size_t i, Row& r) { r[1] = rows_[i - i % 5][1], r[2] = rows_[i - i % 5][2]; }));
+  const LogFile sparse = read(changed([](std::size_t i, Row& r) {
+    if (i % 5 != 0) r[1] = r[2] = std::nan("");
+  }));
+  EXPECT_TRUE(mentions(held, "x, y"));
+  EXPECT_TRUE(same_content(held, sparse));
+}
+
 TEST_F(LogFiles, LateralSpeedMayBeAbsent) {
   const LogFile log =
       read_log_file(write(rows_, "t_s,x_m,y_m,yaw_rad,vx_mps,other,yaw_rate_radps,d,delta_rad"), {2.0, nullptr});
