@@ -65,7 +65,8 @@ std::string remaining_text(const MissingEffects& found) {
     return text + ", is as large as the sensors' own noise (" + significant(found.noise, 3) +
            "): these logs show nothing more.";
   if (found.noise > 0.0)
-    text += " where sensor noise alone would leave " + significant(std::min(found.noise, found.found), 2);
+    text += found.noise < found.found ? " where sensor noise alone would leave " + significant(found.noise, 2)
+                                      : ", no more than sensor noise alone would leave";
   text += ", is unexplained: ";
   text += found.named.empty() ? "no effect" : "no other effect";
   text += " that was tried reduces it by enough, or with enough certainty, to be named";

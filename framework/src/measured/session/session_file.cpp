@@ -232,7 +232,7 @@ class SessionReader {
     out_.derived_yaw = true;
     out_.session.pose.yaw = 0.0;  // a course is of no unit whose axes could be turned
     out_.session.pose.yaw_given = false;
-    note("yaw", "absent", "the course over ground is taken; sideslip is not seen");
+    note("yaw", "absent", "the course over ground is taken, half a step late; sideslip is not seen");
   }
   void derive_velocity(const Moves& along) {
     velocity_is_of_place();
