@@ -70,7 +70,7 @@ class MeasuredLogs : public WithReference {
     // Whatever it says, the model returned is not worse than the one given.
     const double before = result.find("gap")->find("before")->number(),
                  after = result.find("gap")->find("after")->number();
-    EXPECT_LE(after, 1.02 * before);
+    EXPECT_LE(after, 1.02 * before) << outcome.out;
     // Such a car lacks more than one thing: to find nothing would be blind.
     EXPECT_NE(result.find("verdict")->text(), "nothing_missing");
     EXPECT_EQ(gripline_with({"validate", (folder_ / "out" / "augmented_world.json").string()}).code, 0);

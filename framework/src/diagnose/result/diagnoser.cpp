@@ -107,7 +107,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   if (delays.empty()) return with_sentence(assemble(std::move(found), {}));
   // The gap is that of the logs as they came.
   GapsFromDelays from = gaps_from_delays(HoldOut(late_problem(logs), road_, held_out), *hold_out_, catalogue_, found);
-  if (from.by_delays.harms() && found.wrong_channel) {
+  if (from.by_delays.change > 0.0 && found.wrong_channel) {
     catalogue_.forget_late_pose();
     return with_sentence(assemble(with_late_channels(delays, search(logs, held_out, false, progress)), {}));
   }

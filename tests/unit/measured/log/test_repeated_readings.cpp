@@ -86,7 +86,7 @@ TEST_F(RepeatedReadings, HeldValuesAreReadOnce) {
   ASSERT_EQ(health_.size(), 2u);
   EXPECT_EQ(health_[1].check, "x, y");
   EXPECT_EQ(health_[1].found, "a new value every 5 rows");
-  EXPECT_EQ(health_[0].check, "yaw rate");
+  EXPECT_EQ(health_[0].check, "yaw_rate");
   EXPECT_EQ(health_[0].found, "a new value every 2 rows");
 }
 
@@ -158,7 +158,7 @@ TEST_F(RepeatedReadings, EveryChannelThatStandsIsNotRead) {
   EXPECT_EQ(raw_.size(), 3000u);
   EXPECT_EQ(missing(), 6u * 74u);
   ASSERT_EQ(health_.size(), 1u);
-  EXPECT_EQ(health_[0].check, "x, y, yaw, vx, vy, yaw rate");
+  EXPECT_EQ(health_[0].check, "x, y, yaw, vx, vy, yaw_rate");
 }
 
 TEST_F(RepeatedReadings, RowsInWhichCommandsStandAsWellGo) {
