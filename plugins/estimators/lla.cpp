@@ -241,7 +241,7 @@ class LookBack : public AutoDiffEffect<LookBack, Estimator> {
   std::int64_t seen_ = 0;
 };
 
-/// Refuses to be what `lla` is where nobody tells it the truth.
+/// Refuses to run without the truth, where it would be `lla`.
 class PrivilegedLookBack final : public LookBack {
  public:
   PrivilegedLookBack(const PluginContext& context, const Params& params) : LookBack(context, params) {

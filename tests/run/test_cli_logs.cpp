@@ -145,8 +145,8 @@ TEST_F(ModelsAndLogs, AChannelThatIsReplacedIsTold) {
   write_text(without_vx, without_column(log(), 4));
   const Outcome course = gripline_with({"predict", world, without_yaw, "--horizon", "0.1"});
   EXPECT_EQ(course.code, 0);
-  EXPECT_EQ(course.err,
-            "warning: " + without_yaw + ": yaw absent: the course over ground is taken, half a step late; sideslip is not seen\n");
+  EXPECT_EQ(course.err, "warning: " + without_yaw +
+                            ": yaw absent: the course over ground is taken, half a step late; sideslip is not seen\n");
   const Outcome differences = gripline_with({"predict", world, without_vx, "--horizon", "0.1"});
   EXPECT_EQ(differences.code, 0);
   EXPECT_EQ(differences.err,

@@ -53,7 +53,8 @@ std::vector<std::string> validate_file(const std::filesystem::path& file, const 
 }
 
 void print_warnings(const std::string& file, const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) std::cerr << "warning: " << file << ": " << warning << '\n';
+  for (const std::string& warning : warnings)
+    std::cerr << "warning: " << escape_control(file) << ": " << escape_control(warning) << '\n';
 }
 
 }  // namespace gripline::tools

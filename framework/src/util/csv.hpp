@@ -28,8 +28,8 @@ struct CsvTable {
 /// Reads a comma-separated file: one header line (a leading '#' is allowed, and so are remarks behind '#' before it
 /// where they have another number of cells), then numbers. CRLF, a trailing newline and a UTF-8 byte order mark are
 /// fine. Empty cells and "nan" are refused unless `allow_missing`, which reads them as NaN. A last row with too few
-/// cells, or that ends within a number, is refused unless `allow_cut`: as a logger's that was switched off it is left
-/// out.
+/// cells, or that ends with a sign or an exponent's letter, is refused unless `allow_cut`: as that of a logger that was
+/// switched off it is left out. One that ends within the digits of its last number cannot be told from a whole one.
 /// Throws InputError with file, line and column: wrong separators, decimal commas, text, rows of another length.
 CsvTable read_csv(const std::filesystem::path& file, bool allow_missing = false, bool allow_cut = false);
 

@@ -130,7 +130,7 @@ std::vector<std::string> plausibility_warnings(const FrictionSpec& friction) {
   const double most = factors_of(friction).second;
   if (!(most > most_friction_factor)) return {};
   return {"the friction factor reaches " + text_of(most) + "; 1 is the fresh road, and factors above " +
-          text_of(most_friction_factor) + " are of no road: is it in percent?"};
+          text_of(most_friction_factor) + " exceed any real road's: is it in percent?"};
 }
 
 std::vector<std::string> plausibility_warnings(const WorldSpec& world) {

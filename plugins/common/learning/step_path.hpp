@@ -80,9 +80,12 @@ struct LearnedCar {
   const CorrectionTerms& terms;
   Force force;
 
-  /// The nominal model's rates without slip. Its loads are those of a road that presses `road` times as much as a flat
-  /// one (road_load()), less what drive and brakes leave of them for side forces.
-  StraightDrive::Rates straight(double vx, double d, const Place& at, double road = 1.0) const {
+  /// The nominal model's rates without slip, with what drive and brakes leave of its loads for side forces.
+  StraightDrive::Rates straight(double vx, double d, const Place& at) const {
+    return drive.at(vx, d, at).reduced_by(terms.ellipse, terms.peaks, terms.gains);
+  }
+  /// Likewise, with the loads of a road that presses `road` times as much as a flat one (road_load()).
+  StraightDrive::Rates straight(double vx, double d, const Place& at, double road) const {
     return drive.at(vx, d, at).on_road(road).reduced_by(terms.ellipse, terms.peaks, terms.gains);
   }
   BodyVelocity rates(const BodyVelocity& x, double delta, const StraightDrive::Rates& straight) const {
@@ -101,8 +104,9 @@ template <class Force>
 LearnedCar(const Car&, const StraightDrive&, const CorrectionTerms&, Force) -> LearnedCar<Force>;
 
 /// Path through both readings of a step. With `use_model` false (nothing learned yet) the middle is the mean of both
-/// ends. It knows no road_load(): `elm` and `mhe`, which learn along it, take a crest for less friction. `elm` is the
-/// published method, and `mhe` is compared with it on the same equations; only predicted_path() has it, for `elm_rls`.
+/// ends. It has the nominal model's loads, not road_load(): `elm` and `mhe`, which learn along it, take a crest for less
+/// friction. `elm` is the published method, and `mhe` is compared with it on the same equations; only predicted_path()
+/// has road_load(), for `elm_rls`.
 template <class Force>
 StepPath step_path(const Sample& k, const LearnedCar<Force>& learned, bool use_model) {
   const double delta = k.x_next.delta - k.delta_lag, d = k.u.d - k.d_lag;

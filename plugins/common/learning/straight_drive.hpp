@@ -9,7 +9,6 @@
 #include <gripline/plugin.hpp>
 
 #include "common/learning/friction_ellipse.hpp"
-#include "common/vehicle/slope_load.hpp"
 
 namespace gripline::learning {
 
@@ -66,13 +65,15 @@ class StraightDrive {
 
   struct Rates {
     double forward = 0, side = 0;          // of vx and vy [m/s2]
-    double load_front = 1, load_rear = 1;  // of the axles on a flat road, relative to the static ones
+    double load_front = 1, load_rear = 1;  // of the axles, relative to the static ones
     double drive_force = 0;                // Fd [N], as the nominal model says
-    /// These rates, with the loads of a road that presses on both axles by `load` times as much.
+    double slope = 1;                      // what of the loads is the road's, over those on a flat one
+    /// These rates, with the loads of a road that presses on both axles by `load` times as much as a flat one.
     Rates on_road(double load) const {
       Rates r = *this;
-      r.load_front *= load;
-      r.load_rear *= load;
+      r.load_front *= load / slope;
+      r.load_rear *= load / slope;
+      r.slope = load;
       return r;
     }
     /// These rates, with each load reduced to what drive and brakes leave of it for side forces.
@@ -87,13 +88,19 @@ class StraightDrive {
   /// At forward speed vx [m/s] where throttle d acts and the wheels point straight ahead.
   Rates at(double vx, double d, const Place& place) const {
     const Prediction::Rates rates = rates_where(vx, d, place);
-    const double load = has_slope_load_ ? vehicle::slope_load(place, vx) : 1.0;
     // Models without tyres leave the bank out: their wheels hold the car.
-    return {rates.vx, has_tyres_ ? rates.vy : rates.vy + gravity * std::sin(place.bank), rates.load_front / load,
-            rates.load_rear / load, rates.drive_force};
+    return {rates.vx,          has_tyres_ ? rates.vy : rates.vy + gravity * std::sin(place.bank),
+            rates.load_front,  rates.load_rear,
+            rates.drive_force, slope_of_load(rates, vx, d, place)};
   }
 
  private:
+  double slope_of_load(const Prediction::Rates& rates, double vx, double d, Place place) const {
+    if (!has_slope_load_ || (place.grade == 0.0 && place.bank == 0.0)) return 1.0;
+    place.grade = place.bank = 0.0;
+    return rates.load_front / rates_where(vx, d, place).load_front;
+  }
+
   /// The nominal model takes commands, of which its Stage::command may make something else: a dead zone, a curve, an
   /// offset. Where it does, the commands that make throttle d act and the wheels point straight ahead are found by
   /// bisection, in 51 evaluations of the model; what acts must rise with the command.

@@ -45,8 +45,8 @@ struct CorrectionTerms {
   DriveGains gains = {};
 };
 
-/// Corrects q at Stage::body. `force(Axle, slip)` is the learned side force at static load [N]. Loads are those of a
-/// flat road, for all learners: a Place has grade and bank, not how they change along the way. Crests and dips, with
+/// Corrects q at Stage::body. `force(Axle, slip)` is the learned side force at static load [N]. Loads are the nominal
+/// model's, for all learners: at most those of a slope, as a Place has grade and bank, not how they change along the way. Crests and dips, with
 /// which `elm_rls` learns (road_load() of step_path.hpp), are not in the prediction; plans of time-optimal laps have
 /// them (lap_dynamics.hpp).
 template <class T, class Force>

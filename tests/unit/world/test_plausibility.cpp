@@ -58,8 +58,9 @@ TEST(Plausibility, AGripThatNoTyreHas) {
 TEST(Plausibility, AFactorThatNoRoadHas) {
   EXPECT_THAT(
       warnings_of(R"({"friction": {"points": [{"t": 0, "factor": 1}, {"t": 9, "factor": 100}]}})"),
-      Contains("the friction factor reaches 100; 1 is the fresh road, and factors above 3 are of no road: is it "
-               "in percent?"));
+      Contains(
+          "the friction factor reaches 100; 1 is the fresh road, and factors above 3 exceed any real road's: is it "
+          "in percent?"));
   EXPECT_THAT(warnings_of(R"({"friction": {"patches": [{"from_s": 1, "to_s": 2, "factor": 3.5}]}})"),
               Contains(HasSubstr("the friction factor reaches 3.5;")));
   EXPECT_THAT(warnings_of(R"({"friction": {"points": [{"t": 0, "factor": 1.5}]}})"), IsEmpty());

@@ -1,9 +1,11 @@
 #include "diagnose/result/diagnoser.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
+#include "diagnose/inference/evaluation.hpp"
 #include "diagnose/inference/late_place.hpp"
 #include "diagnose/inference/preparation.hpp"
 #include "diagnose/inference/reference.hpp"
@@ -50,6 +52,19 @@ Findings with_late_channels(std::span<const ChannelDelay> delays, Findings found
                             format("%.3g s later", one.seconds), "left as it is: predictions are worse without it"});
   if (verdict_of(found, {}) == Verdict::nothing_missing) found.unknown = error_of_readings(delays.front().words());
   return found;
+}
+
+/// Takes readings for missing that the same samples of other traces do not have. Whether there are the same samples.
+bool leave_out_what_others_lack(std::span<Trace> traces, std::span<const Trace> others) {
+  if (traces.size() != others.size()) return false;
+  for (std::size_t t = 0; t < traces.size(); ++t) {
+    std::vector<double>& readings = traces[t].log.reading;
+    const std::vector<double>& other = others[t].log.reading;
+    if (readings.size() != other.size()) return false;
+    for (std::size_t i = 0; i < readings.size(); ++i)
+      if (std::isnan(other[i])) readings[i] = not_a_number;
+  }
+  return true;
 }
 
 /// The fit that says what is left of delays.
@@ -107,7 +122,7 @@ Diagnosis Diagnoser::run(std::span<const LogFile> given, std::span<const LogFile
   if (delays.empty()) return with_sentence(assemble(std::move(found), {}));
   // The gap is that of the logs as they came.
   GapsFromDelays from = gaps_from_delays(HoldOut(late_problem(logs), road_, held_out), *hold_out_, catalogue_, found);
-  if (from.by_delays.change > 0.0 && found.wrong_channel) {
+  if (from.by_delays.change > thresholds::worse_on_hold_out - 1.0 && found.wrong_channel) {
     catalogue_.forget_late_pose();
     return with_sentence(assemble(with_late_channels(delays, search(logs, held_out, false, progress)), {}));
   }
@@ -139,7 +154,8 @@ Findings Diagnoser::search_on_time(std::span<const LogFile> logs, std::span<cons
 }
 
 /// Where a late place explains the logs better than the lever found does, adds its delay to these and opens the
-/// catalogue for it; else all stays as it is. Asked after a search, whose noise and commands it takes over.
+/// catalogue for it; else all stays as it is. Asked after a search, whose noise and commands it takes over. The lever is
+/// judged by as many readings: those that would have come after a log's end are missing of a place that was late.
 bool Diagnoser::put_late_place_for_lever(std::vector<ChannelDelay>& delays, std::span<const LogFile> logs,
                                          const Fit& found) {
   const std::optional<ChannelDelay> late = delay_for_lever(catalogue_, found, logs);
@@ -147,19 +163,21 @@ bool Diagnoser::put_late_place_for_lever(std::vector<ChannelDelay>& delays, std:
   std::vector<ChannelDelay> with_place = delays;
   with_place.insert(with_place.begin(), *late);  // the first group
   keep_open(with_place, logs, catalogue_);
-  Problem problem = problem_;
+  Problem problem = problem_, with_lever = problem_;
   problem.traces = late_problem(without_delays(logs, with_place)).traces;
+  if (!leave_out_what_others_lack(with_lever.traces, problem.traces)) {
+    keep_open(delays, logs, catalogue_);
+    return false;
+  }
   Fit fitted = fit(problem, with_delays_for_lever(catalogue_, found.model), found.noise);
   smooth_reference(problem, road_, fitted);
   fitted = fit(problem, fitted.model, fitted.noise, thresholds::result_iterations);
-  // Readings that would have come after a log's end are missing here, which counts for the lever.
-  const bool better = fitted.cost < found.cost;
-  if (better) {
-    with_place.front() = refined(with_place.front(), catalogue_, fitted);
-    delays = std::move(with_place);
-  }
+  with_place.front() = refined(with_place.front(), catalogue_, fitted);
+  keep_open(delays, logs, catalogue_);  // as the lever was found
+  if (!(fitted.cost + thresholds::equal_evidence < evaluate(with_lever, found.model, found.noise).cost)) return false;
+  delays = std::move(with_place);
   keep_open(delays, logs, catalogue_);
-  return better;
+  return true;
 }
 
 /// What is missing of logs, as they are.

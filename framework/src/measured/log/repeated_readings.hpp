@@ -1,4 +1,4 @@
-// Readings of a log that are none: columns that stand still, and values that a logger repeats until there is a new one.
+// Values in a log that were not measured in their row: columns that stand still, and values that a logger repeats until there is a new one.
 #pragma once
 
 #include "measured/log/raw_log.hpp"

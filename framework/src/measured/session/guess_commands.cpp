@@ -77,7 +77,7 @@ class CommandGuess {
            ends("kpa") || ends("psi");
   }
   /// The formula, with what is to be said of it; `doubt`: what is to stand in the map too.
-  std::string told_pedal_share(int c, bool brake, std::string* doubt = nullptr) {
+  std::string stated_pedal_share(int c, bool brake, std::string* doubt = nullptr) {
     PedalShare share = pedal_share(c, brake);
     if (!share.remark.empty()) draft_.remarks.push_back(share.remark);
     if (share.in_doubt && doubt != nullptr) *doubt = share.remark;
@@ -90,10 +90,10 @@ class CommandGuess {
               enable = draft_.column("enable");
     std::string formula, doubt;
     if (d >= 0)
-      formula = told_pedal_share(d, false);
+      formula = stated_pedal_share(d, false);
     else if (throttle >= 0)
-      formula = told_pedal_share(throttle, false);
-    if (d < 0 && throttle >= 0 && brake >= 0) formula += " - " + told_pedal_share(brake, true, &doubt);
+      formula = stated_pedal_share(throttle, false);
+    if (d < 0 && throttle >= 0 && brake >= 0) formula += " - " + stated_pedal_share(brake, true, &doubt);
     if (formula.empty()) {
       draft_.remarks.push_back("d: no throttle found: vx will be taken from the log and the lateral motion judged");
       return;

@@ -30,8 +30,12 @@ bool has_name(std::string_view formula, std::string_view name) {
 }  // namespace
 
 int GuessDraft::column(const char* channel) const {
-  const int c = column_by_name(channel);
-  return c >= 0 ? c : column_by_path(channel);
+  const int named = column_by_name(channel);
+  const auto is_course = [&](int c) { return is_called_course(known_as(static_cast<std::size_t>(c))); };
+  if (named >= 0 && !is_course(named)) return named;
+  // A course only where nothing is called a heading.
+  const int by_path = column_by_path(channel);
+  return named >= 0 && (by_path < 0 || is_course(by_path)) ? named : by_path;
 }
 
 int GuessDraft::column_by_name(const char* channel) const {
@@ -57,8 +61,8 @@ int GuessDraft::column_by_path(const char* channel) const {
   };
   constexpr std::string_view commands[] = {"d", "throttle", "brake", "delta", "steering_wheel"};
   const bool commanded = std::ranges::find(commands, std::string_view(channel)) != std::end(commands);
-  const int told = commanded ? look(true) : -1;
-  return told >= 0 ? told : look(false);
+  const int of_command = commanded ? look(true) : -1;
+  return of_command >= 0 ? of_command : look(false);
 }
 
 bool GuessDraft::has_u_and_v() const {

@@ -124,19 +124,19 @@ class MotionGuess {
     follows_path_ = path.agreement() >= 0.8 * path.rows;
     if (!follows_path_) draft_.remarks.push_back("yaw: " + name + " follows the path badly; is it the heading?");
   }
-  /// The yaw of the quaternion that poses of ROS have.
-  void guess_yaw_of_quaternion() {
+  /// The yaw of the quaternion that poses of ROS have. Returns whether there is one.
+  bool guess_yaw_of_quaternion() {
     const auto find = [&](const char* word) {
       for (std::size_t c = 0; c < draft_.table.name.size(); ++c)
         if (const std::string& name = draft_.known_as(c);
-            is_called(name, word, nullptr) || is_called_in_path(name, word, nullptr))
+            is_called(name, word, nullptr) || (is_called_in_path(name, word, nullptr) && !is_path_of_command(name)))
           return static_cast<int>(c);
       return -1;
     };
     const int x = find("orientationx"), y = find("orientationy"), z = find("orientationz"), w = find("orientationw");
-    if (z < 0 || w < 0 || !draft_.varies(static_cast<std::size_t>(z))) return;
+    if (z < 0 || w < 0 || !draft_.varies(static_cast<std::size_t>(z))) return false;
     for (const int c : {x, y, z, w})
-      if (c >= 0 && draft_.name(c).find('`') != std::string::npos) return;  // no formula can name it
+      if (c >= 0 && draft_.name(c).find('`') != std::string::npos) return false;  // no formula can name it
     const std::string qz = draft_.quoted(z), qw = draft_.quoted(w);
     std::string formula = "2 * atan2(" + qz + ", " + qw + ")";
     if (x >= 0 && y >= 0) {
@@ -148,12 +148,15 @@ class MotionGuess {
     if (path.rows > 20) judge_heading(path, draft_.name(z));
     yaw_ = z;
     draft_.channels.set("yaw", guessed_channel("formula", formula, "rad"));
+    return true;
   }
 
   /// Heading against the path: which of yaw, compass, degrees or radians is it?
   void guess_yaw() {
     const int c = draft_.column("yaw");
-    if (c < 0 || leaves_course_out(c)) return guess_yaw_of_quaternion();
+    const bool heading = c >= 0 && !is_called_course(draft_.known_as(static_cast<std::size_t>(c)));
+    if (!heading && guess_yaw_of_quaternion()) return;
+    if (c < 0 || leaves_course_out(c)) return;
     yaw_ = c;
     const bool deg = is_in_degrees(c);
     const std::string angle = deg ? "rad(" + draft_.quoted(c) + ")" : draft_.quoted(c);

@@ -67,7 +67,8 @@ TEST(RealSentence, DoesNotEndWhereOneChannelIsFarAboveItsNoise) {
   MissingEffects found = found_with({});
   found.noise = 1.0;
   found.largest_over_noise = {"vy", 9.2};
-  EXPECT_THAT(text_of(found), HasSubstr("that remains, 1, no more than sensor noise alone would leave, is unexplained"));
+  EXPECT_THAT(text_of(found),
+              HasSubstr("that remains, 1, no more than sensor noise alone would leave, is unexplained"));
   EXPECT_THAT(text_of(found), HasSubstr("; the error of vy is 9.2 times its sensor's noise"));
   found.largest_over_noise = {"vy", 2.0};
   EXPECT_TRUE(found.at_noise());

@@ -26,16 +26,20 @@ TEST(StraightDrive, TyresAreSeenByWhatTheyDo) {
   EXPECT_FALSE(has_tyres(kinematic.prediction()));
 }
 
-// What a slope does to loads is counted once, by on_road(), whether the model has it or not.
-TEST(StraightDrive, LoadsAreThoseOfAFlatRoad) {
+// What a slope does to loads is counted once, whether the model has it or not: loads are the model's, as they are in the
+// prediction, and on_road() takes the road's in their place.
+TEST(StraightDrive, ASlopeLoadsAxlesOnce) {
   Place banked;
   banked.bank = 0.2;
   banked.kappa = 0.5;
   for (const char* const id : {"dynamic", "ekinematic"}) {
     Nominal nominal(id);
     const auto rates = straight_drive(nominal.prediction()).at(2.0, 0.3, banked);
-    EXPECT_NEAR(rates.load_front, 1.0, 1e-15) << id;
+    State x;
+    x.vx = 2.0;
+    EXPECT_EQ(rates.load_front, nominal.prediction().rates(x, {0.3, 0.0}, banked).load_front) << id;
     EXPECT_NEAR(rates.on_road(1.1).load_rear, 1.1, 1e-15) << id;
+    EXPECT_NEAR(rates.on_road(1.1).on_road(0.9).load_rear, 0.9, 1e-15) << id;
   }
 }
 
