@@ -128,6 +128,19 @@ TEST(GuessMotion, ACourseIsNoYawWhereThereIsAPlace) {
               testing::Not(testing::Contains(testing::HasSubstr("course of the velocity"))));
 }
 
+TEST(GuessMotion, AHeadingGoesBeforeACourse) {
+  const auto yaw_of = [](const char* columns) {
+    const Guess guess = test::guess_of_columns(columns);
+    const Node* const yaw = find_pointer(guess.map, "/channels/yaw");
+    return yaw == nullptr ? std::string() : to_json_text(*yaw);
+  };
+  EXPECT_THAT(yaw_of("time,pose.position.x,pose.position.y,delta,imu.yaw,course"), testing::HasSubstr("imu.yaw"));
+  EXPECT_THAT(yaw_of("time,vx,delta,course,pose.orientation.z,pose.orientation.w"),
+              testing::HasSubstr("pose.orientation.z"));
+  EXPECT_THAT(yaw_of("time,vx,delta,course,goal.pose.orientation.z,goal.pose.orientation.w"),
+              testing::HasSubstr("course"));
+}
+
 TEST(GuessMotion, AQuaternionIsAYaw) {
   const auto log =
       test::log_of("time,pose.position.x,pose.position.y,pose.orientation.z,pose.orientation.w,steering_angle",
