@@ -71,8 +71,8 @@ StartErrors errors_in_blocks(std::uint64_t seed, std::size_t blocks) {
   return out;
 }
 
-/// Of models that predict equally well, one pair in twenty may be told apart. By resampled blocks alone it would be one
-/// in five of four blocks and one in eleven of ten.
+/// Of models that predict equally well, one pair in twenty may be told apart. Resampled blocks alone tell more apart, the
+/// more so the fewer there are.
 TEST(ErrorChange, EqualModelsAreRarelyToldApart) {
   constexpr int pairs = 400;
   for (const std::size_t blocks : {4, 6, 10, 20}) {

@@ -37,7 +37,7 @@ TEST(Fit, ProcessVariancesVanishWhenThereIsNone) {
 }
 
 /// On a rough road the score is that of the state where the filter is: along the smoothed reference, which has seen what
-/// the score is to explain, the inertia came out as 0.44 and 0.45 in two of three, five standard deviations off.
+/// the score is to explain, the inertia came out as 0.44 and 0.45 in two of three, nearly five standard deviations off.
 TEST(Fit, FindsAnInertiaOnARoughRoad) {
   DiagnoseRig rig;
   const ModelSpec truth = rig.with("yaw_inertia", {0.25});
