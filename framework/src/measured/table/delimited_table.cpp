@@ -20,10 +20,12 @@ struct Line {
 };
 
 bool is_comment(std::string_view text) {
+  text = trim(text);
   return text.starts_with('#') || text.starts_with("//") || text.starts_with('%');
 }
 
 std::string_view without_comment_sign(std::string_view text) {
+  text = trim(text);
   while (text.starts_with('#') || text.starts_with('%') || text.starts_with('/')) text.remove_prefix(1);
   return trim(text);
 }
@@ -33,10 +35,14 @@ std::vector<Line> lines_of(std::string_view text) {
   int number = 0;
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
-    const std::string_view line = trim(text.substr(0, end));
+    std::string_view line = text.substr(0, end);
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     ++number;
-    if (!line.empty()) lines.push_back({line, number});
+    const std::string_view words = trim(line);
+    if (words.empty()) continue;
+    // Tabs before the words separate empty cells; those behind them would be cells that every row may lack.
+    line = line.substr(0, static_cast<std::size_t>(words.data() - line.data()) + words.size());
+    lines.push_back({line, number});
   }
   return lines;
 }

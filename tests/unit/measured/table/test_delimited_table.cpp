@@ -109,6 +109,24 @@ TEST(DelimitedTable, RowsMayLackEmptyCellsAtTheirEnd) {
   EXPECT_EQ(mostly.column[2][2], 3.0);
 }
 
+/// A row whose first cells are empty begins with the separator, which a tab is too.
+TEST(DelimitedTable, FirstCellsMayBeEmpty) {
+  for (const char separator : {',', '\t', ';'}) {
+    std::string text = "a,b,c\n" + rows("1,2,3\n,5,6\n,,9\n", 10);
+    std::replace(text.begin(), text.end(), ',', separator);
+    const auto t = read(text);
+    EXPECT_THAT(t.name, ElementsAre("a", "b", "c")) << separator;
+    ASSERT_EQ(t.rows(), 30u) << separator;
+    EXPECT_TRUE(std::isnan(t.column[0][1])) << separator;
+    EXPECT_EQ(t.column[1][1], 5.0) << separator;
+    EXPECT_TRUE(std::isnan(t.column[1][2])) << separator;
+    EXPECT_EQ(t.column[2][2], 9.0) << separator;
+  }
+  const auto mostly = read("a\tb\tc\n" + rows("\t2\t3\n\t2\t3\n1\t2\t3\n", 20));
+  EXPECT_THAT(mostly.name, ElementsAre("a", "b", "c"));
+  EXPECT_EQ(mostly.column[0][2], 1.0);
+}
+
 TEST(DelimitedTable, ACommentBelowTheHeaderHoldsItsUnits) {
   const auto t = read("t,x\n# s,m\n" + rows("1.0,2.0\n", 6));
   EXPECT_THAT(t.name, ElementsAre("t", "x"));
