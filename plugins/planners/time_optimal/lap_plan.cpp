@@ -19,28 +19,31 @@ double within_half_turn(double angle) {
   return std::abs(angle) <= std::numbers::pi ? angle : std::remainder(angle, 2.0 * std::numbers::pi);
 }
 
-/// Heading of a plan's path at a node [rad], and its way to the next node [m].
+/// Heading of a plan's path at a node [rad], and its way per metre of the base line.
 struct PathHeading {
-  double yaw, way;
+  double yaw, stretch;
 };
 PathHeading path_heading(const LapSetup& setup, const LapPlan& plan, std::size_t i) {
   const LinePoint& base = setup.base_at(i);
   const LapPlan::Node& node = plan.nodes[i];
   const double along = 1.0 - node.n * base.kappa;
-  return {base.yaw + std::atan2(node.slope, along), std::hypot(along, node.slope) * setup.nodes().ds[i]};
+  return {base.yaw + std::atan2(node.slope, along), std::hypot(along, node.slope)};
 }
 
 }  // namespace
 
 void set_curvatures(const LapSetup& setup, std::size_t first, std::size_t count, LapPlan& plan) {
-  PathHeading before = path_heading(setup, plan, setup.before(first)), here = path_heading(setup, plan, first);
-  std::size_t i = first;
+  std::size_t i = first, last = setup.before(first);
+  PathHeading before = path_heading(setup, plan, last), here = path_heading(setup, plan, first);
+  double way_before = 0.5 * (before.stretch + here.stretch) * setup.nodes().ds[last];
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t next = setup.after(i);
     const PathHeading after = path_heading(setup, plan, next);
-    plan.nodes[i].kappa = within_half_turn(after.yaw - before.yaw) / (0.5 * before.way + here.way + 0.5 * after.way);
+    const double way_after = 0.5 * (here.stretch + after.stretch) * setup.nodes().ds[i];
+    plan.nodes[i].kappa = within_half_turn(after.yaw - before.yaw) / (way_before + way_after);
     before = here;
     here = after;
+    way_before = way_after;
     i = next;
   }
 }
