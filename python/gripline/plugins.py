@@ -128,5 +128,6 @@ def told(thrown, trace):
     """An exception of a class in one line: what it says, and where, the innermost call first."""
     lines = [line.strip() for line in str(thrown).splitlines() if line.strip()]
     lines[:1] = [": ".join([type(thrown).__name__, *lines[:1]])]
-    places = [f"{frame.f_code.co_filename}:{line} in {frame.f_code.co_name}" for frame, line in traceback.walk_tb(trace)]
+    calls = [(frame.f_code, line) for frame, line in traceback.walk_tb(trace)]
+    places = [f"{code.co_filename}:{line} in {code.co_name}" for code, line in calls]
     return " | ".join(lines + places[:-5:-1])

@@ -101,8 +101,8 @@ def load_run(folder):
 
 
 def load_table(out, name="table"):
-    """OUT/table.csv (or `name`, such as "runs"): a pandas.DataFrame where pandas is installed, else a dictionary. Raises
-    ValueError where there is none."""
+    """OUT/table.csv (or `name`, such as "runs"): a pandas.DataFrame where pandas is installed, else a dictionary.
+    Raises ValueError where there is none."""
     out = Path(out)
     file = out / f"{name}.csv"
     if not out.is_dir():
