@@ -13,10 +13,12 @@
 #include <cmath>
 #include <deque>
 #include <iostream>
+#include <memory>
 #include <mutex>
 #include <new>
 #include <numbers>
 #include <optional>
+#include <streambuf>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,6 +30,8 @@
 #include "experiment/experiment.hpp"
 #include "experiment/perturb.hpp"
 #include "gripline/command.hpp"
+#include "gripline/import_bag.hpp"
+#include "gripline/race_kind.hpp"
 #include "plugin/guard.hpp"
 #include "plugin/offered.hpp"
 #include "race/assembly.hpp"
@@ -58,6 +62,37 @@ thread_local int calls = 0;                      // of this thread, each within 
 thread_local PyThreadState* released = nullptr;  // this thread's, while a command is without the lock
 thread_local bool taken_for_fork = false;
 thread_local PyObject* random_numbers = nullptr;  // the state of Python's own generator at a fork
+
+/// Takes all that the program says, in this process alone, and keeps none of it.
+class Silence {
+ public:
+  Silence() : out_(std::cout.rdbuf(&nowhere_)), err_(std::cerr.rdbuf(&nowhere_)), before_(std::exchange(now_, this)) {}
+  ~Silence() {
+    now_ = before_;
+    restore();
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+  /// In a fork: what plugins say there belongs into the log of their run.
+  static void end_in_child() {
+    if (now_ != nullptr) now_->restore();
+  }
+
+ private:
+  struct Nowhere final : std::streambuf {
+    int_type overflow(int_type c) override { return traits_type::not_eof(c); }
+    std::streamsize xsputn(const char*, std::streamsize count) override { return count; }
+  };
+  void restore() {
+    std::cout.rdbuf(out_);
+    std::cerr.rdbuf(err_);
+  }
+  static inline Silence* now_ = nullptr;
+
+  Nowhere nowhere_;
+  std::streambuf *out_, *err_;
+  Silence* before_;
+};
 
 /// The calling thread's turn. Constructed and destroyed with the interpreter's lock.
 class Turn {
@@ -116,6 +151,7 @@ void after_fork_here() {
 /// of the process that started them, as with those of NumPy.
 void after_fork_in_child() {
   if (calls == 0) new (&one_call) std::mutex;  // another thread, which is not here, may have had the turn
+  Silence::end_in_child();
   if (!std::exchange(taken_for_fork, false)) return;
   released = nullptr;
   PyOS_AfterFork_Child();
@@ -137,6 +173,21 @@ struct Offered {
 std::deque<Offered>& offered() {
   static auto* const all = new std::deque<Offered>;
   return *all;
+}
+
+/// What a class threw, in one line: the package words it.
+std::string words_of(const py::error_already_set& thrown) {
+  const py::object trace = thrown.trace() ? thrown.trace() : py::none();
+  return py::module_::import("gripline.plugins").attr("told")(thrown.value(), trace).cast<std::string>();
+}
+/// Asks a class, with the interpreter's lock; what it throws is a std::runtime_error with its words.
+template <class... Given>
+py::object ask_class(const py::object& method, const Given&... given) {
+  try {
+    return method(given...);
+  } catch (const py::error_already_set& thrown) {
+    throw std::runtime_error(words_of(thrown));
+  }
 }
 
 py::object make_instance(const Offered& plugin, const PluginContext& context, const abi::ParamValue* values) {
@@ -193,11 +244,11 @@ class PythonEstimator final : public Estimator {
     sample["kappa"] = k.at.kappa;
     sample["grade"] = k.at.grade;
     sample["bank"] = k.at.bank;
-    update_(sample);
+    ask_class(update_, sample);
   }
   Belief belief() const override {
     const py::gil_scoped_acquire lock;
-    const auto [front, rear] = belief_().cast<std::pair<double, double>>();
+    const auto [front, rear] = ask_class(belief_).cast<std::pair<double, double>>();
     return {front, rear, 0, 0, false};
   }
   void apply(const Points<double>& points) const override {
@@ -257,7 +308,7 @@ class PythonEstimator final : public Estimator {
     row[0] = value(q.vx), row[1] = value(q.vy), row[2] = value(q.omega), row[3] = value(q.d), row[4] = value(q.delta);
   }
   Array ask(const Array& rows) const {
-    Array out = correction_(rows).cast<Array>();
+    Array out = ask_class(correction_, rows).cast<Array>();
     if (out.ndim() != 2 || out.shape(0) != rows.shape(0) || out.shape(1) != 3)
       throw std::runtime_error("correction() is to return (" + std::to_string(rows.shape(0)) + ", 3) numbers");
     return out;
@@ -287,7 +338,7 @@ class PythonController final : public Controller {
       row[0] = r.x, row[1] = r.y, row[2] = r.yaw, row[3] = r.kappa, row[4] = r.v;
       row += 5;
     }
-    const auto [d, ddelta] = control_(seen, reference).cast<std::pair<double, double>>();
+    const auto [d, ddelta] = ask_class(control_, seen, reference).cast<std::pair<double, double>>();
     Command command;
     command.u = {d, ddelta};
     return command;
@@ -310,6 +361,9 @@ void* make(std::size_t slot, const PluginContext* context, const abi::ParamValue
     if (plugin.decl.kind == abi::Kind::estimator)
       return static_cast<Estimator*>(new PythonEstimator(plugin, *context, values));
     return static_cast<Controller*>(new PythonController(plugin, *context, values));
+  } catch (const py::error_already_set& thrown) {
+    std::snprintf(error, size, "%s", words_of(thrown).c_str());
+    return nullptr;
   } catch (const std::exception& thrown) {
     std::snprintf(error, size, "%s", thrown.what());
     return nullptr;
@@ -360,23 +414,43 @@ void offer(const std::string& kind, const std::string& id, const std::string& ve
 
 // ---- commands ----
 
-/// A command with its words; what it prints goes to sys.stdout and sys.stderr. Its exit code, 0 or 1; other ends are
-/// exceptions.
-int call(int (*command)(tools::Arguments), const std::vector<std::string>& words) {
-  const py::scoped_ostream_redirect out(std::cout, py::module_::import("sys").attr("stdout"));
-  const py::scoped_ostream_redirect err(std::cerr, py::module_::import("sys").attr("stderr"));
+/// A command with its words; what it prints goes to sys.stdout and sys.stderr, or nowhere where `quiet`. The program's
+/// exit code; wrong input, plugins that cannot be used and an interrupt are exceptions.
+int call(int (*command)(tools::Arguments), const std::vector<std::string>& words, bool quiet) {
+  std::optional<py::scoped_ostream_redirect> out, err;
+  std::optional<Silence> silence;
+  if (quiet) {
+    silence.emplace();
+  } else {
+    out.emplace(std::cout, py::module_::import("sys").attr("stdout"));
+    err.emplace(std::cerr, py::module_::import("sys").attr("stderr"));
+  }
   const int code = [&] {
     const WithoutPython other_threads_go_on;
     return command(words);
   }();
-  if (StopSignal::seen()) {
+  if (code > tools::claim_failed && StopSignal::seen()) {  // one seen by an earlier command does not count
     PyErr_SetNone(PyExc_KeyboardInterrupt);
     throw py::error_already_set();
   }
-  if (code > tools::claim_failed)
-    throw std::runtime_error("a run broke, or a report could not be written; what was printed says which");
   return code;
 }
+
+/// A recording of ROS needs libraries that this module has not, and the program that has them would replace this one.
+std::unique_ptr<bags::BagFile> refuse_bag(const std::filesystem::path& file) {
+  throw InputError(file.string() + ": is a recording of ROS, which the program imports: gripline import " +
+                   file.string() + " --map MAP.json --out LOG.gripline.csv");
+}
+int import_table(tools::Arguments words) { return tools::import_log(words, &refuse_bag); }
+
+struct ModuleCommand {
+  const char* name;
+  int (*run)(tools::Arguments);
+};
+constexpr ModuleCommand commands[] = {
+    {"compare", tools::run_compare}, {"run", tools::run_one}, {"diagnose", tools::run_diagnose},
+    {"predict", tools::run_predict}, {"fit", tools::run_fit}, {"import_log", import_table},
+};
 
 /// The stack and the seed of `gripline run` where none are given.
 std::pair<std::string, std::uint64_t> first_run(const std::string& file, const std::vector<std::string>& assignments,
@@ -401,9 +475,9 @@ class Race {
       : registry_(Registry::search_path(plugin_folders)) {
     const std::filesystem::path experiment = find_shipped(file, "experiments");
     race_.emplace(read_race(experiment, load_experiment(experiment, assignments), registry_));
+    if (!stack.empty()) tools::require_stack(*race_, stack);
     for (const StackSpec& one : race_->stacks)
       if (one.name == stack) stack_spec_ = &one;
-    if (!stack.empty() && stack_spec_ == nullptr) throw InputError("no stack \"" + stack + "\" in " + file);
   }
 
   Array reset(std::uint64_t seed) {
@@ -510,12 +584,13 @@ PYBIND11_MODULE(_gripline, m) {
   m.def(
       "set_program", [](const std::string& file, const std::string& prefix) { set_program(file, prefix); }, in_turn);
   m.def("offer", offer, in_turn);
-  m.def(
-      "compare", [](const std::vector<std::string>& words) { return call(tools::run_compare, words); }, in_turn);
-  m.def(
-      "run", [](const std::vector<std::string>& words) { return call(tools::run_one, words); }, in_turn);
-  m.def(
-      "diagnose", [](const std::vector<std::string>& words) { return call(tools::run_diagnose, words); }, in_turn);
+  for (const auto& [name, command] : commands)
+    m.def(
+        name,
+        [command = command](const std::vector<std::string>& words, bool quiet) { return call(command, words, quiet); },
+        in_turn);
+  m.def("did_you_mean",
+        [](const std::string& name, const std::vector<std::string>& names) { return did_you_mean(name, names); });
   m.def("first_run", first_run, in_turn);
   py::class_<Race>(m, "Race")
       .def(py::init<const std::string&, const std::string&, const std::vector<std::string>&,

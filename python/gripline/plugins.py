@@ -3,6 +3,7 @@
 import hashlib
 import inspect
 import tempfile
+import traceback
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,13 +14,22 @@ from . import _gripline
 
 @dataclass
 class Param:
-    """A declared parameter, set in JSON and checked there: default, unit ("1" when pure), least and largest, a sentence."""
+    """A declared parameter, set in JSON and checked there: default, unit ("1" when pure), least and largest, a sentence.
+    Raises ValueError where the default is outside its range."""
 
     default: float
     unit: str = "1"
     low: float = -1e300
     high: float = 1e300
     doc: str = "a number"
+
+    def __post_init__(self):
+        try:
+            inside = self.low <= self.default <= self.high
+        except TypeError:
+            raise ValueError(f"{self}: default, low and high are numbers") from None
+        if not inside:
+            raise ValueError(f"the default of a Param, {self.default}, is outside its range, {self.low} to {self.high}")
 
 
 class _Plugin:
@@ -41,7 +51,7 @@ class Estimator(_Plugin):
     def update(self, sample):
         """Takes in one step. sample: t, dt, x and x_next (x, y, yaw, vx, vy, omega, delta), u (d, ddelta), e (what the
         nominal model left unexplained of vx, vy, omega, per second), kappa, grade, bank."""
-        raise NotImplementedError
+        raise NotImplementedError("update() is not written")
 
     def belief(self):
         """Friction of the front and rear axle, peak lateral force over static load."""
@@ -61,7 +71,7 @@ class Controller(_Plugin):
     def control(self, now, reference):
         """Throttle and steering rate for the step that begins. now: t, x (x, y, yaw, vx, vy, omega, delta), d, s, n;
         reference: (horizon, 5): x, y, yaw, kappa, v."""
-        raise NotImplementedError
+        raise NotImplementedError("control() is not written")
 
 
 _offered = {}
@@ -100,9 +110,10 @@ def offer(classes):
     """Makes classes known to every call that follows, under their ids."""
     classes = [classes] if isinstance(classes, type) else classes
     for one in classes:
-        kind = "estimator" if issubclass(one, Estimator) else "controller" if issubclass(one, Controller) else None
-        if kind is None:
-            raise TypeError(f"{one.__name__} derives neither from Estimator nor from Controller")
+        if not isinstance(one, type) or not issubclass(one, (Estimator, Controller)):
+            name = one.__name__ if isinstance(one, type) else f"{one!r:.80}, which is no class,"
+            raise ValueError(f"{name} derives neither from Estimator nor from Controller")
+        kind = "estimator" if issubclass(one, Estimator) else "controller"
         if not one.id:
             raise ValueError(f"{one.__name__}.id is what JSON calls it: give it one")
         if _offered.get((kind, one.id)) is one:
@@ -111,3 +122,12 @@ def offer(classes):
         params = [(name, p.default, p.unit, p.low, p.high, p.doc) for name, p in one.params.items()]
         _gripline.offer(kind, one.id, str(one.version), doc, _source(one), params, one)
         _offered[(kind, one.id)] = one
+
+
+def told(thrown, trace):
+    """An exception of a class in one line: what it says, and where, the innermost call first."""
+    lines = [line.strip() for line in str(thrown).splitlines() if line.strip()]
+    lines[:1] = [": ".join([type(thrown).__name__, *lines[:1]])]
+    calls = [(frame.f_code, line) for frame, line in traceback.walk_tb(trace)]
+    places = [f"{code.co_filename}:{line} in {code.co_name}" for code, line in calls]
+    return " | ".join(lines + places[:-5:-1])

@@ -1,5 +1,6 @@
-"""The program's commands, in this process, so that they know plugins that are Python classes."""
+"""Experiments in this process, so that they know plugins that are Python classes."""
 
+import csv
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,28 +8,35 @@ from pathlib import Path
 from . import _gripline
 from .plugins import offer
 from .results import load_run, load_table
+from .words import assignments, call, options, several
 
 
 class ClaimFailed(AssertionError):
     """A claim of the experiment does not hold."""
 
 
-def _assignments(changes):
-    return [f"{pointer}={value if isinstance(value, str) else json.dumps(value)}"
-            for pointer, value in (changes or {}).items()]
-
-
-def _words(experiment, out, jobs, changes, force, plugin_folders):
-    words = [str(experiment), "--out", str(out), "-j", str(jobs)]
-    for assignment in _assignments(changes):
-        words += ["--set", assignment]
-    for folder in plugin_folders:
-        words += ["--plugins", str(folder)]
-    return words + (["--force"] if force else [])
+def _words(experiment, out, changes, plugin_folders, force):
+    return [str(experiment), *options(out=out, set=assignments(changes), plugins=several(plugin_folders), force=force)]
 
 
 def _out(out, experiment):
     return Path(out) if out is not None else Path("out") / Path(str(experiment)).stem
+
+
+def _why_broken(out, stacks, seed=None):
+    """What the first of these runs that broke says (of all stacks, all seeds where none are named); "" if none did."""
+    if not (out / "runs.csv").is_file():
+        return ""
+    with open(out / "runs.csv", newline="", encoding="utf-8") as lines:
+        runs = list(csv.DictReader(lines))
+    for row in runs:
+        stack, number, status = (row.get(name) for name in ("stack", "seed", "status"))
+        asked = (not stacks or stack in stacks) and (seed is None or str(seed) == number)
+        if asked and status in ("error", "plugin_error"):
+            file = out / stack / number / "summary.json"
+            message = json.loads(file.read_text(encoding="utf-8"))["message"] if file.is_file() else "left no result"
+            return f"a run broke: {stack}, seed {number}: {status}: {message}"
+    return ""
 
 
 @dataclass
@@ -61,41 +69,26 @@ class Comparison:
         return self
 
 
-def compare(experiment, *, out=None, only=None, jobs=1, set=None, plugins=(), plugin_folders=(), force=False):
+def compare(experiment, *, out=None, only=None, jobs=1, set=None, plugins=(), plugin_folders=(), force=False,
+            quiet=False):
     """Races every stack of an experiment, as `gripline compare`. `set` maps JSON pointers to values; `plugins` are Python
-    classes derived from Estimator or Controller, which the experiment names by their id. Raises ValueError for wrong
-    input, RuntimeError for a plugin that cannot be used or a run that broke."""
+    classes derived from Estimator or Controller, which the experiment names by their id; with `quiet` nothing is
+    printed. Raises ValueError for wrong input, RuntimeError for a plugin that cannot be used or a run that broke."""
     offer(plugins)
     folder = _out(out, experiment)
-    words = _words(experiment, folder, jobs, set, force, plugin_folders)
-    if only:
-        words += ["--only", only if isinstance(only, str) else ",".join(only)]
-    return Comparison(folder, _gripline.compare(words) == 0)
+    stacks = [name.strip() for one in several(only) for name in one.split(",")]
+    words = _words(experiment, folder, set, plugin_folders, force) + options(jobs=jobs, only=",".join(stacks) or None)
+    return Comparison(folder, call(_gripline.compare, words, quiet, lambda: _why_broken(folder, stacks)))
 
 
-def run(experiment, stack=None, seed=None, *, out=None, set=None, plugins=(), plugin_folders=(), force=False):
+def run(experiment, stack=None, seed=None, *, out=None, set=None, plugins=(), plugin_folders=(), force=False,
+        quiet=False):
     """One run of an experiment, as `gripline run`."""
     offer(plugins)
     folder = _out(out, experiment)
-    words = _words(experiment, folder, 1, set, force, plugin_folders)
-    if stack is not None:
-        words += ["--stack", stack]
-    if seed is not None:
-        words += ["--seed", str(seed)]
-    _gripline.run(words)
+    words = _words(experiment, folder, set, plugin_folders, force) + options(stack=stack, seed=seed)
+    call(_gripline.run, words, quiet, lambda: _why_broken(folder, several(stack), seed))
     if stack is None or seed is None:
-        first = _gripline.first_run(str(experiment), _assignments(set), [str(f) for f in plugin_folders])
+        first = _gripline.first_run(str(experiment), assignments(set), several(plugin_folders))
         stack, seed = stack or first[0], first[1] if seed is None else seed
     return load_run(folder / stack / str(seed))
-
-
-def diagnose(world, logs, *, out="out/diagnosis", held_out=(), plugin_folders=(), force=False):
-    """Which effect is missing between a world and logs, as `gripline diagnose`: the contents of diagnosis.json."""
-    logs = [logs] if isinstance(logs, (str, Path)) else list(logs)
-    words = [str(world), *map(str, logs), "--out", str(out)]
-    for log in held_out:
-        words += ["--held-out", str(log)]
-    for folder in plugin_folders:
-        words += ["--plugins", str(folder)]
-    _gripline.diagnose(words + (["--force"] if force else []))
-    return json.loads((Path(out) / "diagnosis.json").read_text(encoding="utf-8"))

@@ -1,11 +1,10 @@
 """A race step by step, with the calls of Gymnasium's environments."""
 
-import json
-
 import numpy as np
 
 from . import _gripline
 from .plugins import offer
+from .words import assignments, several
 
 try:  # an environment for those who have it; nothing here needs it
     import gymnasium as _gymnasium
@@ -29,9 +28,7 @@ class Race(_Base):
 
     def __init__(self, experiment, stack=None, *, seed=1, set=None, plugins=(), plugin_folders=()):
         offer(plugins)
-        assignments = [f"{pointer}={value if isinstance(value, str) else json.dumps(value)}"
-                       for pointer, value in (set or {}).items()]
-        self._race = _gripline.Race(str(experiment), stack or "", assignments, [str(f) for f in plugin_folders])
+        self._race = _gripline.Race(str(experiment), stack or "", assignments(set), several(plugin_folders))
         self._seed = seed - 1
         self.observation_names = self._race.observation_names
         low, high = self._race.limits
@@ -44,12 +41,18 @@ class Race(_Base):
         """Puts the car at its start; returns (observation, info). Without a seed the next one is taken: 1, 2, 3, ..."""
         if _gymnasium is not None:
             super().reset(seed=seed)
-        self._seed = self._seed + 1 if seed is None else seed
+        if seed is not None and not (hasattr(seed, "__index__") and 0 <= seed < 2**64):
+            raise ValueError(f"a seed is a whole number from 0 on; found {seed!r:.80}")
+        self._seed = self._seed + 1 if seed is None else int(seed)
         return self._race.reset(self._seed), {"seed": self._seed}
 
     def step(self, action):
         """One control step: (observation, reward, terminated, truncated, info)."""
-        return self._race.step(action[0], action[1])
+        try:
+            throttle, steering_rate = map(float, action)
+        except (TypeError, ValueError):
+            raise ValueError(f"an action is two numbers, throttle and steering rate; found {action!r:.80}") from None
+        return self._race.step(throttle, steering_rate)
 
     def close(self):
         """Nothing is open."""

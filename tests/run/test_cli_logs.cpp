@@ -37,6 +37,14 @@ TEST_F(ModelsAndLogs, PredictComparesAWorldWithModelsThatKnowNothing) {
   EXPECT_EQ(measured::read_delimited(folder_ / "p.csv").rows(), 4u);  // three that know nothing, and this world
 }
 
+TEST_F(ModelsAndLogs, AFitIsWrittenIntoTheCurrentFolder) {
+  const Call there = {.folder = folder_.path(), .environment = {}};
+  const Outcome fitted = gripline_with(
+      {"fit", (fixture_dir() / world).string(), log(), "--fit", "observer", "--starts", "20", "--quiet"}, there);
+  EXPECT_EQ(fitted.code, 0) << fitted.err;
+  EXPECT_EQ(gripline_with({"validate", "fitted.json"}, there).code, 0);
+}
+
 /// Near 1.7e9 s neighbouring numbers are 2.4e-7 s apart: nothing may depend on when a clock began to count.
 TEST_F(ModelsAndLogs, AClockThatCountsFrom1970ChangesNoError) {
   std::istringstream rows(contents(log()));

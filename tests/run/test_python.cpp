@@ -63,13 +63,101 @@ TEST_F(Python, RunsAreTheProgramsByteForByte) {
   EXPECT_EQ(contents(folder_ / "mine/slow/1/steps.csv"), contents(folder_ / "programs/slow/1/steps.csv"));
 }
 
+/// What scripts are told, and that it is a ValueError.
 TEST_F(Python, WrongInputIsAValueErrorWithTheProgramsWords) {
   EXPECT_THAT(script("gripline.compare('nowhere.json')").err, HasSubstr("ValueError"));
-  const std::string good = fixture_dir() / "experiments/good.json";
-  EXPECT_THAT(script("gripline.compare('" + good + "', only='slw')").err, HasSubstr("did you mean \"slow\"?"));
-  EXPECT_THAT(script("gripline.Race('" + good + "', 'slw')").err, HasSubstr("no stack \"slw\""));
-  EXPECT_THAT(script("gripline.load_run('.')").err, HasSubstr("is not a run"));
-  EXPECT_THAT(script("gripline.compare('" + good + "', plugins=[int])").err, HasSubstr("derives neither from"));
+  const std::string program =
+      "def refused(call, *words):\n"
+      "    try:\n"
+      "        call()\n"
+      "    except ValueError as error:\n"
+      "        assert all(word in str(error) for word in words), error\n"
+      "    else:\n"
+      "        raise AssertionError(words)\n"
+      "refused(lambda: gripline.compare(FILE, only='slw'), 'did you mean \"slow\"?')\n"
+      "refused(lambda: gripline.Race(FILE, 'slw'), 'no stack \"slw\"', 'did you mean \"slow\"?')\n"
+      "refused(lambda: gripline.compare(FILE, plugins=[int]), 'derives neither from')\n"
+      "refused(lambda: gripline.compare(FILE, plugins=[1]), 'derives neither from')\n"
+      "refused(lambda: gripline.compare(FILE, set=['/world/laps=1']), 'maps JSON pointers to values')\n"
+      "refused(lambda: gripline.compare(FILE, set={'/world/laps': {1, 2}}), '/world/laps', 'type set')\n"
+      "refused(lambda: gripline.Param(5, '1', 0, 2, 'x'), '5', 'outside its range, 0 to 2')\n"
+      "refused(lambda: gripline.Param('5'), 'are numbers')\n"
+      "race = gripline.Race(FILE)\n"
+      "refused(lambda: race.reset(seed=-1), 'a seed', '-1')\n"
+      "race.reset(seed=np.int64(1))\n"
+      "for action in ((0.3, 0.5, 99.0), [0.3], 0.3, 'go', None):\n"
+      "    refused(lambda: race.step(action), 'two numbers, throttle and steering rate', repr(action))\n";
+  const Outcome outcome = script("FILE = '" + (fixture_dir() / "experiments/good.json").string() + "'\n" + program);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
+TEST_F(Python, ResultsThatAreNotThereAreNamedByTheNearest) {
+  const std::string program =
+      "one = gripline.run(FILE, 'slow', 1, out='mine', quiet=True)\n"
+      "assert repr(one) == '<Run mine/slow/1: finished, 51 rows of steps>', one\n"
+      "def told(call):\n"
+      "    try: call()\n"
+      "    except ValueError as error: return str(error)\n"
+      "assert 'is not a run' in told(lambda: gripline.load_run('nothing'))\n"
+      "assert 'did you mean \"mine\"?' in told(lambda: gripline.load_run('mien/slow/1'))\n"
+      "assert 'did you mean \"slow\"?' in told(lambda: gripline.load_run('mine/slw/1'))\n"
+      "assert 'in it: slow' in told(lambda: gripline.load_run('mine'))\n"
+      "assert 'did you mean \"runs\"?' in told(lambda: gripline.load_table('mine', 'run'))\n"
+      "assert 'did you mean \"mine\"?' in told(lambda: gripline.load_table('mien'))\n";
+  const Outcome outcome = script("FILE = '" + (fixture_dir() / "experiments/good.json").string() + "'\n" + program);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out + outcome.err, "");  // quiet
+}
+
+TEST_F(Python, ValuesOfNumPyAndPathsAreSet) {
+  const std::string program =
+      "from pathlib import Path\n"
+      "done = gripline.compare(FILE, only=np.array(['slow']), out=Path('o'), quiet=True,\n"
+      "                        set={'/seeds/count': np.int64(1), '/base/mu_init': np.float32(0.5), '/claims': [],\n"
+      "                             '/world/friction': [{'t': np.float64(0), 'factor': np.array(0.5)}]})\n"
+      "assert [str(one) for one in done.runs['stack']] == ['slow']\n"
+      "written = open('o/slow/1/config.json').read()\n"
+      "assert '\"mu_init\": 0.5' in written and '\"factor\": 0.5' in written, written\n";
+  const Outcome outcome = script("FILE = '" + (fixture_dir() / "experiments/good.json").string() + "'\n" + program);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out + outcome.err, "");
+}
+
+/// With a map, and without; arguments that are wrong are the command's to refuse.
+TEST_F(Python, LogsArePredictedFittedAndImported) {
+  write_text(folder_ / "map.json",
+             R"({"time": "t_s", "channels": {"x": "x_m", "y": "y_m", "yaw": "yaw_rad", "vx": "vx_mps", "vy": "vy_mps",
+                "yaw_rate": "yaw_rate_radps", "d": "d", "delta": "delta_rad"}})");
+  const std::string program =
+      "from pathlib import Path\n"
+      "gripline.run(FILE, 'slow', 1, out='o', set={'/world/duration': 12}, quiet=True)\n"
+      "log = 'o/slow/1/steps.csv'\n"
+      "table = gripline.predict(WORLD, log, horizon=[0.1, 0.2], map='map.json', samples='s.csv', quiet=True)\n"
+      "assert sorted({float(h) for h in table['horizon_s']}) == [0.1, 0.2], table\n"
+      "assert str(list(table['model'])[3]) == 'this world', table\n"
+      "assert Path('s.csv').is_file()\n"
+      "own = gripline.import_log(log, map='map.json', quiet=True)\n"
+      "assert own == Path('steps.gripline.csv') and own.is_file()\n"
+      "fitted = gripline.fit(WORLD, [own], fit=['observer'], starts=20, quiet=True)\n"
+      "assert fitted == Path('fitted.json')\n"
+      "kept = gripline.predict(fitted, own, horizon=0.1, fixed=True, out='errors.csv', quiet=True)\n"
+      "assert len(kept['model']) == 4 and Path('errors.csv').is_file()\n"
+      "def told(call):\n"
+      "    try: call()\n"
+      "    except ValueError as error: return str(error)\n"
+      "assert 'no.json: no such file' in told(lambda: gripline.diagnose(WORLD, log, map='no.json'))\n"
+      "assert 'no.csv: no such file' in told(lambda: gripline.diagnose(WORLD, log, track='no.csv'))\n"
+      "assert 'no.csv: no such file' in told(lambda: gripline.diagnose(WORLD, log, held_out='no.csv'))\n"
+      "assert '--case does not go with --map' in told(\n"
+      "    lambda: gripline.diagnose(WORLD, log, map='map.json', case='map.json'))\n"
+      "assert 'no.csv' in told(lambda: gripline.predict(WORLD, 'no.csv'))\n"
+      "assert 'did you mean \"observer\"?' in told(lambda: gripline.fit(WORLD, log, fit='obsrver'))\n"
+      "Path('drive.bag').write_text('#ROSBAG V2.0')\n"
+      "assert 'gripline import drive.bag' in told(lambda: gripline.import_log('drive.bag', map='map.json'))\n";
+  const Outcome outcome = script("FILE = '" + (fixture_dir() / "experiments/good.json").string() + "'\nWORLD = '" +
+                                 (fixture_dir() / "worlds/short.json").string() + "'\n" + program);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out + outcome.err, "");
 }
 
 TEST_F(Python, AnExceptionOfAClassEndsItsRunAlone) {
@@ -83,12 +171,52 @@ TEST_F(Python, AnExceptionOfAClassEndsItsRunAlone) {
       "    gripline.compare('" +
       (fixture_dir() / "experiments/good.json").string() +
       "', plugins=[Bad], out='o', set={'/claims': [], '/stacks/bad': {'controller': {'plugin': 'bad'}}})\n"
-      "except RuntimeError:\n"
+      "except RuntimeError as error:\n"
+      "    print('told:', error)\n"
       "    runs = gripline.load_table('o', 'runs')\n"
       "    print({str(stack): str(status) for stack, status in zip(runs['stack'], runs['status'])})\n");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("told: a run broke: bad, seed 1: plugin_error: bad at t = 0.000000 s: KeyError: "
+                                     "'no map' | <string>:7 in control\n"));
+  EXPECT_THAT(outcome.err, testing::Not(HasSubstr("\\x0a")));
   EXPECT_THAT(outcome.out, HasSubstr("'slow': 'finished'"));
   EXPECT_THAT(outcome.out, HasSubstr("'bad': 'plugin_error'"));
+}
+
+/// Also where it is made, and with nothing printed but what it prints itself, which is its run's.
+TEST_F(Python, AClassThatIsNotWrittenOrCannotBeMadeSaysSo) {
+  const std::string program =
+      "class Bare(gripline.Estimator):\n"
+      "    id = 'bare'\n"
+      "class Unmade(gripline.Estimator):\n"
+      "    id = 'unmade'\n"
+      "    def __init__(self, context, **params):\n"
+      "        print('begun')\n"
+      "        raise OSError('two\\nlines')\n"
+      "def told(one):\n"
+      "    try:\n"
+      "        gripline.compare(FILE, only='slow', plugins=[one], out=one.id, quiet=True,\n"
+      "                         set={'/claims': [], '/stacks/slow': {'estimator': {'plugin': one.id}}})\n"
+      "    except RuntimeError as error:\n"
+      "        return str(error)\n"
+      "assert 'NotImplementedError: update() is not written | ' in told(Bare), told(Bare)\n"
+      "assert 'OSError: two | lines | <string>:' in told(Unmade), told(Unmade)\n"
+      "assert 'begun' in open('unmade/slow/1/log.txt').read()\n";
+  const Outcome outcome = script("FILE = '" + (fixture_dir() / "experiments/good.json").string() + "'\n" + program);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out + outcome.err, "");
+}
+
+TEST_F(Python, AnotherInterpreterIsToldWhichOneIsMeant) {
+  for (const auto& file : fs::directory_iterator(source_dir() / "python/gripline"))
+    if (file.path().extension() == ".py")
+      write_text(folder_ / "gripline" / file.path().filename(), contents(file.path()));
+  write_text(folder_ / "gripline/_gripline.cpython-39-x86_64-linux-gnu.so", "");
+  const Outcome outcome = run_program({"/usr/bin/python3", "-c", "import gripline"},
+                                      {.folder = folder_.path(), .environment = {{"PYTHONPATH", folder_.path()}}});
+  EXPECT_THAT(outcome.err, HasSubstr("ImportError: gripline runs in the Python that it was built for "
+                                     "(_gripline.cpython-39-x86_64-linux-gnu.so"));
+  EXPECT_THAT(outcome.err, HasSubstr("/usr/bin/python3 with python3-numpy. This is Python 3."));
 }
 
 TEST_F(Python, AChangedClassIsRacedAgainAndItsWordsAreKept) {

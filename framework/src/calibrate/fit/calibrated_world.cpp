@@ -59,12 +59,11 @@ Node friction_record(const Friction& friction) {
   return record;
 }
 
-/// A file named in the world stays the same file seen from another folder.
+/// A file named in the world stays the same file seen from another folder; an empty one is the current folder.
 void rename_file(Node& node, const std::filesystem::path& folder) {
   if (!node.is_text()) return;
   const std::filesystem::path file = std::filesystem::absolute(resolve_path(node)).lexically_normal();
-  std::error_code problem;
-  const auto from = std::filesystem::absolute(folder).lexically_normal();
+  const auto from = std::filesystem::absolute(folder.empty() ? "." : folder).lexically_normal();
   const auto relative = file.lexically_relative(from);
   node = Node((relative.empty() ? file : relative).generic_string());
 }
