@@ -222,7 +222,7 @@ TEST_F(CliRaces, ConfigJsonReproducesItsRun) {
 /// What validate warns of is warned of by those that race, too, on stderr alone.
 TEST_F(CliRaces, ImplausibleValuesAreWarnedOfBeforeRacing) {
   const std::vector<std::string> high = {"--set", R"(/world/friction=[{"t": 0, "factor": 4}])"};
-  const std::string warning = "warning: experiments/good.json: the friction factor reaches 4; ";
+  const std::string warning = "warning: --set /world/friction/0/factor: the friction factor reaches 4; ";
   const Outcome raced = compare({high[0], high[1], "--only", "slow", "--set", "/seeds/count=1", "--out", out()});
   EXPECT_EQ(raced.code, 0) << raced.err;
   EXPECT_THAT(raced.err, HasSubstr(warning));

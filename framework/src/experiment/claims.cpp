@@ -182,6 +182,7 @@ std::optional<Claim> read_claim(const Node& node, std::span<const std::string> s
   }
   Claim claim;
   claim.text = node.text();
+  claim.at = node.origin;
   for (const auto& [text, relation] : relations) {
     const std::size_t at = claim.text.find(text);
     if (at == std::string::npos) continue;
