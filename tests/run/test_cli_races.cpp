@@ -142,7 +142,9 @@ TEST_F(CliRaces, FinishedRunsAreKeptAndForceBeginsAgain) {
   EXPECT_EQ(contents(out() + "/slow/1/timing.csv"), before);
   const Outcome other = compare({"--out", out(), "--set", "/base/mu_init=0.9"});
   EXPECT_EQ(other.code, 2);
-  EXPECT_EQ(other.err, out() + " already holds another experiment; choose another --out, or --force to replace it\n");
+  EXPECT_EQ(other.err, out() +
+                           " already holds another experiment (/base/mu_init: 1 -> 0.9); choose another --out, or "
+                           "--force to replace it\n");
   const Outcome forced = compare({"--out", out(), "--set", "/base/mu_init=0.9", "--force"});
   EXPECT_EQ(forced.code, 0);
   EXPECT_THAT(forced.out, Not(HasSubstr("already there")));
