@@ -287,12 +287,7 @@ TEST(Registry, APluginOneFolderBelowIsPointedAt) {
   write_text(folder / "my_drag/build/my_drag.so", "not built yet\n");
   write_text(folder / "my_drag/my_drag.cpp", "");
   const auto why = [](const std::filesystem::path& searched) {
-    try {
-      Registry({searched}).find(abi::Kind::estimator, "my_drag");
-    } catch (const PluginError& error) {
-      return std::string(error.what());
-    }
-    return std::string("found");
+    return refusal([&] { Registry({searched}).find(abi::Kind::estimator, "my_drag"); });
   };
   EXPECT_THAT(why(folder / "my_drag"),
               EndsWith("searched " + (folder / "my_drag").string() + " (without a plugin; one is in " +
