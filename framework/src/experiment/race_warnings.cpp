@@ -70,7 +70,7 @@ bool is_never_driven(const ClaimTerm& term, const WorldSpec& world) {
   return column && column->lap >= static_cast<std::size_t>(world.laps);
 }
 
-std::string laps_driven(int laps) {
+std::string laps_in_words(int laps) {
   if (laps == 1) return "the world ends after 1 lap, lap 0";
   return "the world ends after " + std::to_string(laps) + " laps, 0 to " + std::to_string(laps - 1);
 }
@@ -104,7 +104,7 @@ std::vector<Diagnostic> claim_warnings(const RaceSpec& race) {
     for (const ClaimTerm* term : {&claim.left, &claim.right})
       if (is_never_driven(*term, race.world)) {
         warnings.push_back(diagnostic_at(claim.at, "\"" + term->column + "\" is of a lap that is never driven (" +
-                                                       laps_driven(race.world.laps) + "): the claim will fail"));
+                                                       laps_in_words(race.world.laps) + "): the claim will fail"));
         break;
       }
   return warnings;

@@ -26,10 +26,10 @@ constexpr double most_car_lengths = 10000.0, most_car_widths = 40.0;
 using Warnings = std::vector<Diagnostic>;
 
 /// Where the value at a pointer below `node` is written, else the nearest one that is there above it.
-const Origin& place_of(const Node& node, const std::string& pointer) {
+const Origin& written_at(const Node& node, const std::string& pointer) {
   const Node* const found = find_pointer(node, pointer);
   if (found != nullptr || pointer.empty()) return (found != nullptr ? *found : node).origin;
-  return place_of(node, pointer.substr(0, pointer.rfind('/')));
+  return written_at(node, pointer.substr(0, pointer.rfind('/')));
 }
 
 /// Adds warnings at their places in the tree that what is checked was read from.
@@ -37,7 +37,7 @@ class Warner {
  public:
   Warner(const Node& node, Warnings& warnings) : node_(node), warnings_(warnings) {}
   void add(const std::string& pointer, std::string message) {
-    warnings_.push_back(diagnostic_at(place_of(node_, pointer), std::move(message)));
+    warnings_.push_back(diagnostic_at(written_at(node_, pointer), std::move(message)));
   }
 
  private:
