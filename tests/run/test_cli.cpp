@@ -172,7 +172,13 @@ TEST_F(Cli, AMisspeltShippedFileIsNamed) {
   EXPECT_THAT(error({"compare", "first_race", "--set", "/world/track=\"worlds/tracks/ethx.json\""}),
               HasSubstr("--set /world/track: \"worlds/tracks/ethx.json\": no such file; did you mean "
                         "\"worlds/tracks/ethz.json\", which is shipped?"));
+  EXPECT_THAT(named(R"({"extends": "experiments/shared/limit_stack.json"})"),
+              HasSubstr("no such file; did you mean \"experiments/shared/limit_stacks.json\", which is shipped?"));
   write_text(folder_ / "my_race.json", "{}");
+  EXPECT_THAT(error({"compare", "my_race"}), HasSubstr("my_race: no such file; did you mean \"my_race.json\"?"));
+  write_text(folder_ / "drive.csv", "");
+  EXPECT_THAT(error({"diagnose", "worlds/diagnose_rc43.json", "drvie.csv"}),
+              HasSubstr("drvie.csv: no such file; did you mean \"drive.csv\"?"));
   EXPECT_THAT(error({"validate", "my_rase.json"}), HasSubstr("did you mean \"my_race.json\"?"));  // one's own first
 }
 

@@ -79,6 +79,8 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
   EXPECT_EQ(refused({"comapre", good}), "no command \"comapre\"; did you mean \"compare\"?\n");
   EXPECT_EQ(refused({"compare"}), "which experiment? For example experiments/table1.json\n");
   EXPECT_THAT(refused({"compare", good, good}), HasSubstr("one experiment at a time"));
+  EXPECT_EQ(refused({"compare", good, "--set", "/world/laps", "1"}),
+            "--set /world/laps: expected /json/pointer=VALUE, as one word\n");
   EXPECT_EQ(refused({"compare", good, "-j", "0"}), "-j 0: at least one run at a time\n");
   EXPECT_EQ(refused({"compare", good, "-j", "-3"}), "-j -3: at least one run at a time\n");
   EXPECT_EQ(refused({"compare", good, "-j", "two"}), "-j two: expected a whole number\n");
@@ -107,6 +109,7 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
   EXPECT_EQ(refused({"compare", good, "--plugins", "worlds/short.json"}),
             "--plugins worlds/short.json: is a file, expected a folder of plugins\n");
   EXPECT_EQ(refused({"compare", "worlds/short.json"}), "worlds/short.json: is a world, expected an experiment\n");
+  EXPECT_EQ(refused({"compare", "tracks/oval.csv"}), "tracks/oval.csv: is a table, expected an experiment\n");
   EXPECT_EQ(refused({"bench", good}), "bench takes no file: \"" + good + "\"; a world is given by --world\n");
   EXPECT_EQ(refused({"bench", "--world", "worlds/short.json", "--out", "experiments/good.json/b.csv"}),
             "--out experiments/good.json/b.csv: cannot be written: Not a directory\n");

@@ -142,7 +142,9 @@ TEST_F(CliRaces, FinishedRunsAreKeptAndForceBeginsAgain) {
   EXPECT_EQ(contents(out() + "/slow/1/timing.csv"), before);
   const Outcome other = compare({"--out", out(), "--set", "/base/mu_init=0.9"});
   EXPECT_EQ(other.code, 2);
-  EXPECT_EQ(other.err, out() + " already holds another experiment; choose another --out, or --force to replace it\n");
+  EXPECT_EQ(other.err, out() +
+                           " already holds another experiment (/base/mu_init: 1 -> 0.9); choose another --out, or "
+                           "--force to replace it\n");
   const Outcome forced = compare({"--out", out(), "--set", "/base/mu_init=0.9", "--force"});
   EXPECT_EQ(forced.code, 0);
   EXPECT_THAT(forced.out, Not(HasSubstr("already there")));
@@ -222,7 +224,7 @@ TEST_F(CliRaces, ConfigJsonReproducesItsRun) {
 /// What validate warns of is warned of by those that race, too, on stderr alone.
 TEST_F(CliRaces, ImplausibleValuesAreWarnedOfBeforeRacing) {
   const std::vector<std::string> high = {"--set", R"(/world/friction=[{"t": 0, "factor": 4}])"};
-  const std::string warning = "warning: experiments/good.json: the friction factor reaches 4; ";
+  const std::string warning = "warning: --set /world/friction/0/factor: the friction factor reaches 4; ";
   const Outcome raced = compare({high[0], high[1], "--only", "slow", "--set", "/seeds/count=1", "--out", out()});
   EXPECT_EQ(raced.code, 0) << raced.err;
   EXPECT_THAT(raced.err, HasSubstr(warning));

@@ -49,7 +49,7 @@ int run_compare(Arguments args) {
   if (given->count("baseline") > 0 && request.baseline.empty()) throw InputError("--baseline names no stack");
   if (given->count("seeds-from") > 0 && request.seeds_from.empty()) throw InputError("--seeds-from has no text");
   if (const auto only = text_of(*given, "only")) request.only = names_of("--only", *only, "stack");
-  print_warnings(options.experiment.string(), experiment->plausibility_warnings());
+  print_warnings(options.experiment.string(), experiment->warnings(request.only));
   return experiment->run(request);
 }
 

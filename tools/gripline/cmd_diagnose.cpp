@@ -8,6 +8,7 @@
 
 #include "cli/options.hpp"
 #include "config/errors.hpp"
+#include "config/files.hpp"
 #include "config/json_file.hpp"
 #include "config/shipped.hpp"
 #include "diagnose/result/diagnosis_files.hpp"
@@ -30,7 +31,7 @@ namespace {
 constexpr const char* files_word = "world-and-logs";  // the positional words
 
 fs::path existing(const std::string& file) {
-  if (!fs::exists(file)) throw InputError(file + ": no such file");
+  if (!fs::exists(file)) throw InputError(file + ": " + why_unopenable(file));
   return file;
 }
 

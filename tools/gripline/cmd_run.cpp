@@ -5,7 +5,6 @@
 #include "gripline/race_kind.hpp"
 #include "gripline/race_options.hpp"
 #include "gripline/validate_file.hpp"
-#include "world/plausibility.hpp"
 
 namespace gripline::tools {
 namespace po = boost::program_options;
@@ -56,7 +55,7 @@ int run_one(Arguments args) {
   request.force = options.force;
   request.timeout_s = options.timeout_s;
   request.memory_mb = options.memory_mb;
-  print_warnings(options.experiment.string(), plausibility_warnings(race->world));
+  print_warnings(options.experiment.string(), race_warnings(*race, one.stacks, one.judged));
   return race_and_report(*race, one, registry, request);
 }
 

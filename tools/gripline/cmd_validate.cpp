@@ -24,7 +24,7 @@ int run_validate(Arguments args) {
   Words unusable;  // a line for each plugin
   for (const std::string& file : files) {
     try {
-      const std::vector<std::string> warnings = validate_file(find_shipped(file), registry);
+      const std::vector<Diagnostic> warnings = validate_file(find_shipped(file), registry);
       print_warnings(file, warnings);
       std::cout << file << ": good";
       if (!warnings.empty()) std::cout << ", " << warnings.size() << (warnings.size() == 1 ? " warning" : " warnings");

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "config/errors.hpp"
 #include "config/node.hpp"
 #include "plugin/registry.hpp"
 
@@ -33,8 +34,11 @@ class Experiment {
   /// Runs it, writes and prints its results, judges its claims. Returns the program's exit code; throws InputError when
   /// the request does not fit the experiment.
   virtual int run(const ExperimentRequest& request) = 0;
-  /// Values that are allowed but implausible, one line each.
-  virtual std::vector<std::string> plausibility_warnings() const { return {}; }
+  /// What is allowed but was most likely not meant, of the rows that `only` names (none: of all).
+  virtual std::vector<Diagnostic> warnings(const std::vector<std::string>& only) const {
+    (void)only;
+    return {};
+  }
 };
 
 struct ExperimentKind {

@@ -10,6 +10,7 @@
 #include "experiment/race_printing.hpp"
 #include "experiment/race_runner.hpp"
 #include "experiment/race_tables.hpp"
+#include "experiment/race_warnings.hpp"
 #include "experiment/result_files.hpp"
 #include "gripline/command.hpp"
 #include "gripline/experiment_kinds.hpp"
@@ -141,8 +142,8 @@ class RaceExperiment final : public Experiment {
     if (!request.seeds_from.empty()) draw_seeds(request.seeds_from, chosen);
     return race_and_report(race_, chosen, registry_, request);
   }
-  std::vector<std::string> plausibility_warnings() const override {
-    return gripline::plausibility_warnings(race_.world);
+  std::vector<Diagnostic> warnings(const std::vector<std::string>& only) const override {
+    return race_warnings(race_, chosen_rows(race_, only), true);
   }
 
  private:
@@ -174,6 +175,15 @@ std::vector<std::string> chosen_rows(const RaceSpec& race, const std::vector<std
   for (const StackSpec& stack : race.stacks)
     if (only.empty() || std::find(only.begin(), only.end(), stack.name) != only.end()) rows.push_back(stack.name);
   return rows;
+}
+
+std::vector<Diagnostic> race_warnings(const RaceSpec& race, const std::vector<std::string>& stacks, bool judged) {
+  constexpr const char* late_readings = "sensor_latency";  // the shipped effect that states them
+  std::vector<Diagnostic> all = plausibility_warnings(race.world, *race.tree.find("world"));
+  const auto add = [&](const std::vector<Diagnostic>& more) { all.insert(all.end(), more.begin(), more.end()); };
+  add(late_sensor_warnings(race, stacks, late_readings));
+  if (judged) add(claim_warnings(race));
+  return all;
 }
 
 int race_and_report(const RaceSpec& race, const RunSelection& chosen, const Registry& registry,

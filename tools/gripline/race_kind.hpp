@@ -17,6 +17,10 @@ void require_stack(const RaceSpec& race, const std::string& name);
 /// Rows in the order of the experiment, whatever the order asked for; all when none is. Throws InputError.
 std::vector<std::string> chosen_rows(const RaceSpec& race, const std::vector<std::string>& only);
 
+/// What is allowed but was most likely not meant (world/plausibility.hpp, experiment/race_warnings.hpp): of the world, of
+/// these stacks, and of the claims where they are asked about.
+std::vector<Diagnostic> race_warnings(const RaceSpec& race, const std::vector<std::string>& stacks, bool judged);
+
 /// The runs that are asked for.
 struct RunSelection {
   std::vector<std::string> stacks;

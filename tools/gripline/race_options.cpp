@@ -34,11 +34,14 @@ void add_race_options(po::options_description& visible) {
 
 RaceOptions read_race_options(const po::variables_map& given) {
   RaceOptions options;
+  options.assignments = words_of(given, "set");
+  for (const std::string& one : options.assignments)
+    if (one.find('=') == std::string::npos)
+      throw InputError("--set " + one + ": expected /json/pointer=VALUE, as one word");
   const Words files = words_of(given, experiment_word);
   if (files.empty()) throw InputError("which experiment? For example experiments/table1.json");
   if (files.size() > 1) throw InputError("one experiment at a time; found " + files[0] + " and " + files[1]);
   options.experiment = find_shipped(files.front(), "experiments");
-  options.assignments = words_of(given, "set");
   options.plugin_dirs = plugin_dirs_of(given);
   options.out = text_of(given, "out").value_or(std::filesystem::path("out") / options.experiment.stem());
   if (options.out.empty()) throw InputError("--out names no folder");

@@ -14,31 +14,33 @@
 
 namespace gripline::tools {
 
-std::vector<std::string> validate_file(const std::filesystem::path& file, const Registry& registry) {
+std::vector<Diagnostic> validate_file(const std::filesystem::path& file, const Registry& registry) {
   if (file.extension() == ".csv") {
     load_track(file);
     return {};
   }
-  std::vector<std::string> warnings;
+  std::vector<Diagnostic> warnings;
   const Node tree = load_json(file);
   Errors errors;
   switch (kind_of(tree)) {
     case FileKind::experiment:
-      warnings = read_experiment(file, {}, registry)->plausibility_warnings();
+      warnings = read_experiment(file, {}, registry)->warnings({});
       break;
-    case FileKind::world:
-      if (const WorldSpec world = read_world(load_world(file), registry, errors, RoadRule::optional); errors.empty())
-        warnings = plausibility_warnings(world);
+    case FileKind::world: {
+      const Node whole = load_world(file);
+      if (const WorldSpec world = read_world(whole, registry, errors, RoadRule::optional); errors.empty())
+        warnings = plausibility_warnings(world, whole);
       break;
+    }
     case FileKind::track:
       load_track(file);
       break;
     case FileKind::car:
-      warnings = plausibility_warnings(read_car(tree, errors).car);
+      warnings = plausibility_warnings(read_car(tree, errors).car, tree);
       check_known_params(tree, registry, errors);
       break;
     case FileKind::friction:
-      warnings = plausibility_warnings(read_friction(tree, errors));
+      warnings = plausibility_warnings(read_friction(tree, errors), tree);
       break;
     case FileKind::log_map:
       measured::read_log_map(tree, errors);
@@ -52,9 +54,11 @@ std::vector<std::string> validate_file(const std::filesystem::path& file, const 
   return warnings;
 }
 
-void print_warnings(const std::string& file, const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings)
-    std::cerr << "warning: " << escape_control(file) << ": " << escape_control(warning) << '\n';
+void print_warnings(const std::string& file, const std::vector<Diagnostic>& warnings) {
+  for (Diagnostic warning : warnings) {
+    if (warning.file.empty()) warning.file = file;
+    std::cerr << "warning: " << warning.text() << '\n';
+  }
 }
 
 }  // namespace gripline::tools

@@ -18,14 +18,6 @@ std::string joined_lines(std::span<const Diagnostic> diagnostics) {
   return text;
 }
 
-Diagnostic at_origin(const Origin& origin, std::string message) {
-  return {.file = origin.source ? origin.source->name : "",
-          .line = origin.line,
-          .column = origin.column,
-          .pointer = origin.pointer,
-          .message = std::move(message)};
-}
-
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 /// Optimal string alignment distance: insertions, deletions, substitutions, and swaps of neighbours.
@@ -81,15 +73,23 @@ std::string Diagnostic::text() const {
   return escape_control(result);
 }
 
+Diagnostic diagnostic_at(const Origin& origin, std::string message) {
+  return {.file = origin.source ? origin.source->name : "",
+          .line = origin.line,
+          .column = origin.column,
+          .pointer = origin.pointer,
+          .message = std::move(message)};
+}
+
 InputError::InputError(std::vector<Diagnostic> diagnostics)
     : std::runtime_error(joined_lines(diagnostics)), diagnostics_(std::move(diagnostics)) {}
 
 InputError::InputError(const Origin& origin, std::string message)
-    : InputError(std::vector{at_origin(origin, std::move(message))}) {}
+    : InputError(std::vector{diagnostic_at(origin, std::move(message))}) {}
 
 InputError::InputError(const std::string& message) : InputError(std::vector{Diagnostic{.message = message}}) {}
 
-void Errors::add(const Origin& origin, std::string message) { add(at_origin(origin, std::move(message))); }
+void Errors::add(const Origin& origin, std::string message) { add(diagnostic_at(origin, std::move(message))); }
 
 void Errors::add(Diagnostic diagnostic) {
   constexpr std::size_t most = 1000;

@@ -26,6 +26,9 @@ struct Diagnostic {
   [[nodiscard]] std::string text() const;
 };
 
+/// What is to be said of the value at a place.
+[[nodiscard]] Diagnostic diagnostic_at(const Origin& origin, std::string message);
+
 /// The user's input is refused. what() holds one line per error, without a newline at the end.
 class InputError : public std::runtime_error {
  public:

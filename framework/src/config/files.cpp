@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <fstream>
+#include <optional>
 #include <system_error>
 #include <vector>
 
@@ -24,6 +25,13 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
+/// The name most like `name`: the same one with an ending, else one with other letters.
+std::optional<std::string> near_name(const std::string& name, const std::vector<std::string>& names) {
+  for (const std::string_view ending : {".json", ".csv"})
+    if (std::ranges::find(names, name + std::string(ending)) != names.end()) return name + std::string(ending);
+  return nearest(name, names);
+}
+
 /// Says which part of the path is missing, and what it may have been meant to be.
 std::string why_missing(const fs::path& file) {
   fs::path known;
@@ -33,7 +41,7 @@ std::string why_missing(const fs::path& file) {
       known /= part;
       continue;
     }
-    const auto near = nearest(part.string(), names_in(known.empty() ? "." : known));
+    const auto near = near_name(part.string(), names_in(known.empty() ? "." : known));
     const std::string hint = near ? "; did you mean \"" + *near + "\"?" : "";
     if (part == file.filename()) return "no such file" + hint;
     return "no such file: there is no \"" + part.string() + "\"" +

@@ -39,19 +39,21 @@ struct ShippedName {
   auto operator<=>(const ShippedName&) const = default;
 };
 
-/// Every way to name the files of these folders: "first_race", "first_race.json", "experiments/first_race.json".
+/// Every way to name the files of these folders: "first_race", "first_race.json", "experiments/first_race.json"; files
+/// deeper inside have their whole path only.
 std::vector<ShippedName> shipped_names(const fs::path& shipped, std::span<const std::string_view> folders) {
   std::vector<ShippedName> names;
   std::error_code failed;
   for (const std::string_view folder : folders)
-    for (fs::directory_iterator it(shipped / folder, failed), end; !failed && it != end; it.increment(failed)) {
+    for (fs::recursive_directory_iterator it(shipped / folder, failed), end; !failed && it != end;
+         it.increment(failed)) {
       const fs::path& file = it->path();
-      const std::string name = file.filename().string(), whole = std::string(folder) + "/" + name;
+      if (file.extension() != ".json" && file.extension() != ".csv") continue;
+      const std::string name = file.filename().string(), whole = file.lexically_relative(shipped).generic_string();
+      names.push_back({whole, whole});
+      if (it.depth() > 0) continue;
+      names.push_back({name, whole});
       if (file.extension() == ".json") names.push_back({file.stem().string(), whole});
-      if (file.extension() == ".json" || file.extension() == ".csv") {
-        names.push_back({name, whole});
-        names.push_back({whole, whole});
-      }
     }
   std::ranges::sort(names);
   return names;

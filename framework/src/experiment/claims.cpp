@@ -43,7 +43,7 @@ class TermParser {
       term.offset = required_number();
     else if (accept('-'))
       term.offset = -required_number();
-    finish();
+    finish(term);
     return term;
   }
 
@@ -96,9 +96,21 @@ class TermParser {
     if (!number) throw ClaimProblem("expected a number in \"" + std::string(text_) + "\"");
     return *number;
   }
-  void finish() {
+  /// Refuses what follows a term. A factor behind the column is shown before it.
+  void finish(const ClaimTerm& term) {
     skip();
-    if (at_ != text_.size()) throw ClaimProblem("cannot read \"" + std::string(text_.substr(at_)) + "\"");
+    if (at_ == text_.size()) return;
+    const std::string rest(text_.substr(at_));
+    const bool bare = term.factor == 1.0 && term.offset == 0.0;
+    if (bare && accept('*')) {
+      skip();
+      const std::optional<double> factor = read_number();
+      skip();
+      if (factor && at_ == text_.size())
+        throw ClaimProblem("a factor stands before \"*\": write " + number_text(*factor) + " * " + term.stack + "." +
+                           term.column);
+    }
+    throw ClaimProblem("cannot read \"" + rest + "\"; a side of a claim is [number *] stack.column [+|- number]");
   }
   std::string_view text_;
   std::size_t at_ = 0;
@@ -113,6 +125,13 @@ constexpr RelationName relations[] = {{"<=", Claim::Relation::less_equal},
                                       {"==", Claim::Relation::equal},
                                       {"<", Claim::Relation::less},
                                       {">", Claim::Relation::greater}};
+
+/// How a relation is not written; empty where the text has none of these.
+std::string misspelt_relation(const std::string& text) {
+  for (const auto& [wrong, right] : {std::pair("=<", "<="), {"=>", ">="}, {"\u2264", "<="}, {"\u2265", ">="}})
+    if (text.find(wrong) != std::string::npos) return std::string("\"") + wrong + "\" is written \"" + right + '"';
+  return {};
+}
 
 void check_names(const ClaimTerm& term, std::span<const std::string> stacks, std::span<const std::string> columns,
                  const Node& node, Errors& errors) {
@@ -182,6 +201,11 @@ std::optional<Claim> read_claim(const Node& node, std::span<const std::string> s
   }
   Claim claim;
   claim.text = node.text();
+  claim.at = node.origin;
+  if (const std::string problem = misspelt_relation(claim.text); !problem.empty()) {
+    errors.add(node.origin, problem);
+    return std::nullopt;
+  }
   for (const auto& [text, relation] : relations) {
     const std::size_t at = claim.text.find(text);
     if (at == std::string::npos) continue;
@@ -202,7 +226,8 @@ std::optional<Claim> read_claim(const Node& node, std::span<const std::string> s
     check_names(claim.right, stacks, columns, node, errors);
     return claim;
   }
-  errors.add(node.origin, "a claim compares with <, <=, >, >= or ==; found \"" + claim.text + "\"");
+  errors.add(node.origin, "a claim compares with <, <=, >, >= or ==; found \"" + claim.text + "\"" +
+                              (claim.text.find('=') != std::string::npos ? "; \"=\" is written \"==\"" : ""));
   return std::nullopt;
 }
 

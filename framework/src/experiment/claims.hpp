@@ -20,6 +20,7 @@ struct ClaimTerm {
 struct Claim {
   enum class Relation { less, less_equal, greater, greater_equal, equal };
   std::string text;
+  Origin at;  // where it is written
   ClaimTerm left, right;
   Relation relation = Relation::less_equal;
   /// About CPU time: only meaningful when runs do not share the machine.

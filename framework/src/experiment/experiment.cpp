@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "config/file_kind.hpp"
+#include "config/files.hpp"
 #include "config/json_file.hpp"
 #include "config/merge_patch.hpp"
 #include "experiment/out_folder.hpp"
@@ -109,6 +110,8 @@ void each_file(N& node, Use&& use) {
 }  // namespace
 
 Node load_experiment(const std::filesystem::path& file, std::span<const std::string> assignments) {
+  if (file.extension() == ".csv" && why_unreadable(file).empty())
+    throw InputError({Diagnostic{.file = shown(file), .message = "is a table, expected an experiment"}});
   Node tree = load_json(file);
   expect_kind(tree, FileKind::experiment);
   expand(tree);
@@ -123,6 +126,11 @@ void assign_in_experiment(Node& tree, const std::string& assignment) {
 }
 
 std::vector<std::uint64_t> read_seeds(const Node& node, Errors& errors) {
+  if (!node.is_object()) {
+    errors.add(node.origin, "expected {\"first\", \"count\"}, such as {\"first\": 1, \"count\": " +
+                                (node.is_number() ? node.describe() : "3") + "}; found " + node.describe());
+    return {1};
+  }
   ObjectReader r(node, errors);
   const std::int64_t first = r.integer("first", {0, largest_seed}, 1), count = r.integer("count", {1, 100'000}, 1);
   std::vector<std::uint64_t> seeds;

@@ -72,6 +72,21 @@ bool occupied(const fs::path& out) {
   return has_results(out) || fs::exists(out / marker, failed);
 }
 
+constexpr std::array<const char*, 3> not_of_identity = {"seeds", "claims", "claim_share"};
+
+/// The first differences that make two experiments others, in brackets; empty where the folder kept no tree.
+std::string what_differs(const Holder& holder, const EditedExperiment* edited) {
+  constexpr std::size_t most = 3;
+  if (edited == nullptr || edited->tree == nullptr || holder.tree.is_null()) return {};
+  Node before = holder.tree, now = *edited->tree;
+  for (const char* key : not_of_identity) before.erase(key), now.erase(key);
+  const std::vector<std::string> all = differences(before, now);
+  std::string text;
+  for (std::size_t i = 0; i < std::min(all.size(), most); ++i) text += (i == 0 ? "" : "; ") + all[i];
+  if (all.size() > most) text += "; and " + std::to_string(all.size() - most) + " more";
+  return text.empty() ? text : " (" + text + ")";
+}
+
 void refuse_others(const fs::path& out, const std::string& identity, const OutFolderOptions& options) {
   const auto& [force, edited] = options;
   const Holder holder = holder_of(out);
@@ -84,7 +99,8 @@ void refuse_others(const fs::path& out, const std::string& identity, const OutFo
     throw InputError(out.string() + ": its " + marker +
                      " cannot be read; choose another --out, or --force to replace what gripline made there");
   if (edited != nullptr && edited->has_runs_there && edited->has_runs_there()) return;
-  throw InputError(out.string() + " already holds another experiment; choose another --out, or --force to replace it");
+  throw InputError(out.string() + " already holds another experiment" + what_differs(holder, edited) +
+                   "; choose another --out, or --force to replace it");
 }
 
 bool is_number(std::string_view text) {
@@ -296,7 +312,7 @@ bool is_result_name(std::string_view name) {
 
 std::string experiment_identity(const Node& tree) {
   Node same = tree;
-  for (const char* key : {"seeds", "claims", "claim_share"}) same.erase(key);
+  for (const char* key : not_of_identity) same.erase(key);
   return sha256_hex(content_text(same));
 }
 

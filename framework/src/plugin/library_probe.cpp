@@ -58,8 +58,10 @@ std::string opened_problem(const fs::path& library) {
     return text != nullptr ? escape_control(text) : "unknown reason";
   }
   const auto* const manifest = static_cast<const abi::Manifest*>(dlsym(handle, manifest_symbol_name().c_str()));
-  return manifest == nullptr ? "is not a gripline plugin: it has no symbol " + manifest_symbol_name()
-                             : manifest_problem(*manifest);
+  return manifest == nullptr
+             ? "is not a gripline plugin: it has no symbol " + manifest_symbol_name() +
+                   R"(; write GRIPLINE_PLUGINS(gripline::describe<Class>("id", "1.0", "what it is")) in its source)"
+             : manifest_problem(*manifest);
 }
 
 /// Whether virtual functions are in the same slots. Compared as bytes, because == of pointers to virtual functions is

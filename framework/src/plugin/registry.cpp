@@ -16,6 +16,32 @@
 namespace gripline {
 namespace fs = std::filesystem;
 
+namespace {
+
+bool is_library(const fs::directory_entry& entry) {
+  std::error_code ignored;
+  return entry.path().extension() == ".so" && !entry.is_directory(ignored);
+}
+
+bool has_library(const fs::path& folder) {
+  std::error_code ignored;
+  const fs::directory_iterator files(folder, ignored);
+  return std::any_of(begin(files), end(files), is_library);
+}
+
+/// Where the libraries of a folder without one most likely are, in brackets; empty where none is one level below.
+std::string libraries_below(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<fs::path> below;
+  if (has_library(folder)) return {};
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (entry.is_directory(ignored) && has_library(entry.path())) below.push_back(entry.path());
+  if (below.empty()) return {};
+  return " (without a plugin; one is in " + std::min_element(below.begin(), below.end())->string() + ")";
+}
+
+}  // namespace
+
 std::string_view kind_name(abi::Kind kind) {
   constexpr std::string_view names[] = {"vehicle", "effect", "estimator", "planner", "controller", "plant"};
   return names[static_cast<std::size_t>(kind)];
@@ -104,7 +130,7 @@ const PluginEntry& Registry::find(abi::Kind kind, std::string_view id) const {
       text += "; \"" + std::string(id) + "\" is of kind " + std::string(kind_name(entry.decl->kind));
   text += did_you_mean(id, known);
   text += "; searched";
-  for (const fs::path& directory : directories_) text += " " + directory.string();
+  for (const fs::path& directory : directories_) text += " " + directory.string() + libraries_below(directory);
   // A folder that was built for another gripline has one reason for all its libraries.
   std::map<std::string, std::vector<const Registry::Unusable*>> reasons;
   for (const Registry::Unusable& one : unusable_) reasons[one.reason].push_back(&one);

@@ -105,8 +105,12 @@ Progress::~Progress() {
     out_ << "\r\x1b[K" << title_ << ": stopped at " << counted() << std::endl;
 }
 
+/// Below 0 until enough is done to tell: what comes before the work proper counts most at its start.
 double Progress::left(double elapsed) const {
-  return done_ == 0 ? -1 : elapsed / static_cast<double>(done_) * static_cast<double>(total_ - done_);
+  constexpr double enough = 0.05, enough_later = 0.005, later = 60.0;  // shares of the work, [s]
+  const double share = static_cast<double>(done_) / static_cast<double>(total_);
+  const bool told = share >= enough || (elapsed >= later && share >= enough_later);
+  return !told ? -1 : elapsed / static_cast<double>(done_) * static_cast<double>(total_ - done_);
 }
 
 std::string Progress::counted() const {
@@ -148,7 +152,7 @@ void Progress::draw_live(double elapsed) {
   out_ << '\r' << line << tail << "\x1b[K" << std::flush;
 }
 
-// One line per tenth of the work, or one per half minute when a tenth takes longer.
+// One line per tenth of the work, or one per half minute when a tenth takes longer; none twice.
 void Progress::print_plain(double elapsed) {
   const std::size_t tenth = done_ * 10 / total_;
   if (elapsed < quiet_seconds || done_ == total_) return;
@@ -157,10 +161,12 @@ void Progress::print_plain(double elapsed) {
   printed_tenth_ = tenth;
   printed_at_ = elapsed;
   const double rest = left(elapsed);
-  out_ << title_ << ": " << counted();
-  if (rest >= 0) out_ << ", " << duration_text(rest) << " left";
-  if (!note_.empty()) out_ << " (" << note_ << ")";
-  out_ << std::endl;
+  std::string line = title_ + ": " + counted();
+  line += rest < 0 ? ", " + duration_text(elapsed) + " so far" : ", " + duration_text(rest) + " left";
+  if (!note_.empty()) line += " (" + note_ + ")";
+  if (line == printed_) return;
+  printed_ = line;
+  out_ << line << std::endl;
 }
 
 void Progress::finish() { finish_at(Clock::now()); }

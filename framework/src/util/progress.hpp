@@ -63,7 +63,7 @@ class Progress {
   void print_plain(double elapsed);
 
   std::ostream& out_;
-  std::string title_, note_;
+  std::string title_, note_, printed_;  // printed_: the last plain line
   std::size_t total_, done_ = 0, counted_in_ = 1;
   Terminal terminal_;
   Clock::time_point start_, drawn_;

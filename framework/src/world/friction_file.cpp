@@ -9,10 +9,12 @@ namespace {
 void read_points(std::span<const Node> nodes, FrictionSpec& spec, Errors& errors) {
   if (nodes.empty()) return;
   for (const Node& node : nodes) {
+    const std::size_t before = errors.added();
     ObjectReader reader(node, errors);
     FrictionSpec::PointInTime point;
     point.t = reader.number("t", "s");
     point.factor = reader.number("factor", "1", NumberRange::positive());
+    if (errors.added() != before) continue;  // a time that could not be read is neither early nor late
     if (!spec.points.empty() && point.t < spec.points.back().t) {
       reader.error_at("t", "the schedule goes back in time: " + number_text(point.t) + " s after " +
                                number_text(spec.points.back().t) + " s");

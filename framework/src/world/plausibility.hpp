@@ -2,23 +2,25 @@
 // of units, as a mass in tonnes beside forces in N.
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "config/errors.hpp"
+#include "config/node.hpp"
 #include "world/world_spec.hpp"
 
 namespace gripline {
 
-/// Warnings, one line each, without a place in the file: lengths that no car has, a yaw inertia that its mass and axles
-/// cannot have.
-std::vector<std::string> plausibility_warnings(const Car& car);
+/// Warnings, each at its place in `node`, which the car was read from: lengths that no car has, a yaw inertia that its
+/// mass and axles cannot have.
+std::vector<Diagnostic> plausibility_warnings(const Car& car, const Node& node);
 
-/// Warnings, one line each: a factor that no road has. Points and patches are taken as if they met.
-std::vector<std::string> plausibility_warnings(const FrictionSpec& friction);
+/// Warnings, each at its place in `node`: a factor that no road has. Points and patches are taken as if they met.
+std::vector<Diagnostic> plausibility_warnings(const FrictionSpec& friction, const Node& node);
 
 /// The warnings on its car and its friction, on a grip of its axles that no tyre has at any factor of the schedule, on a
-/// road of another scale than the car, and on position noise wider than the road. Constructs the plant in a process of
+/// road of another scale than the car, and on noise and bias of sensors beyond the road's width, the car's speed or a
+/// tenth of a turn. Each has its place in `node`, which the world was read from. Constructs the plant in a process of
 /// its own; what that refuses gives no warning.
-std::vector<std::string> plausibility_warnings(const WorldSpec& world);
+std::vector<Diagnostic> plausibility_warnings(const WorldSpec& world, const Node& node);
 
 }  // namespace gripline

@@ -38,7 +38,12 @@ SensorSpec read_sensors(const Node& node, double dt, Errors& errors) {
   SensorSpec spec;
   ObjectReader r(node, errors);
   const auto each = [&](const char* key, auto&& set) {
-    if (!r.has(key)) return;
+    const Node* const by_channel = r.find(key);
+    if (by_channel == nullptr) return;
+    if (!by_channel->is_object())
+      return errors.add(by_channel->origin,
+                        std::string("expected an object by channel (x, y, yaw, vx, vy, yaw_rate), such as {\"x\": ") +
+                            by_channel->describe() + "}; found " + by_channel->describe());
     ObjectReader channels = r.object(key);
     for (int i = 0; i < channel_count; ++i) {
       const auto at = static_cast<std::size_t>(i);

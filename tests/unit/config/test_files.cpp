@@ -25,5 +25,14 @@ TEST(Files, OnlyThoseReadAsAWholeHaveALargestSize) {
   EXPECT_EQ(why_unopenable(file.parent_path()), "is a folder, expected a file");
 }
 
+TEST(Files, ANameWithoutItsEndingIsThatOfTheFileWithIt) {
+  const fs::path folder = testing_support::scratch("endings");
+  fs::create_directories(folder);
+  for (const char* name : {"exp.json", "exq", "road.csv"}) std::ofstream(folder / name) << "x";
+  EXPECT_EQ(why_unopenable(folder / "exp"), "no such file; did you mean \"exp.json\"?");
+  EXPECT_EQ(why_unopenable(folder / "road"), "no such file; did you mean \"road.csv\"?");
+  EXPECT_EQ(why_unopenable(folder / "exx"), "no such file; did you mean \"exq\"?");
+}
+
 }  // namespace test_files
 }  // namespace gripline

@@ -115,7 +115,15 @@ TEST(Claims, WhatIsNoClaimIsRefused) {
   EXPECT_THAT(why("elm.violation_s < "), StartsWith("a value is missing after \"<\""));
   EXPECT_THAT(why("elm.violation_s <= 1.05 none.violation_s "),
               StartsWith("a factor stands before \"*\": write 1.05 * none.violation_s"));
-  EXPECT_THAT(why("elm.violation_s <= none.violation_s * 2"), HasSubstr("cannot read \"* 2\""));
+  EXPECT_THAT(why("elm.violation_s <= none.violation_s * 1.02"),
+              StartsWith("a factor stands before \"*\": write 1.02 * none.violation_s"));
+  EXPECT_THAT(why("elm.violation_s <= 2 * none.violation_s * 3"),
+              StartsWith("cannot read \"* 3\"; a side of a claim is [number *] stack.column [+|- number]"));
+  EXPECT_THAT(why("elm.violation_s <= none.violation_s / 2"), HasSubstr("cannot read \"/ 2\"; a side of a claim is"));
+  EXPECT_THAT(why("elm.violation_s =< 1"), StartsWith("\"=<\" is written \"<=\""));
+  EXPECT_THAT(why("elm.violation_s => 1"), StartsWith("\"=>\" is written \">=\""));
+  EXPECT_THAT(why("elm.violation_s \u2264 1"), HasSubstr("is written \"<=\""));
+  EXPECT_THAT(why("elm.violation_s = 1"), HasSubstr("; \"=\" is written \"==\""));
   EXPECT_THAT(why("elm.violation_s + x <= 1"), HasSubstr("expected a number in"));
   EXPECT_THAT(why("elm.violation_s < none.violation_s < gp.violation_s"), HasSubstr("cannot read"));
   EXPECT_THAT(why("elm.violation_s <= inf"), HasSubstr("expected stack.column"));

@@ -195,6 +195,9 @@ TEST_F(Experiment, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why({"/stacks/..={}"}), HasSubstr("a stack's name is a folder"));
   EXPECT_THAT(why({"/stacks/a~1b={}"}), HasSubstr("a stack's name is a folder"));
   EXPECT_THAT(why({"/seeds/count=0"}), HasSubstr("/seeds/count: expected a whole number from 1 to 100000, found 0"));
+  EXPECT_THAT(why({"/seeds=5"}),
+              HasSubstr("/seeds: expected {\"first\", \"count\"}, such as {\"first\": 1, \"count\": 5}; found 5"));
+  EXPECT_THAT(why({"/seeds=[1, 2]"}), HasSubstr("such as {\"first\": 1, \"count\": 3}; found an array"));
   EXPECT_THAT(why({"/seeds/first=-1"}), HasSubstr("/seeds/first: expected a whole number"));
   EXPECT_THAT(why({"/claims/0=fastt.lap0_s < 8"}), HasSubstr("no stack \"fastt\"; did you mean \"fast\"?"));
   EXPECT_THAT(why({"/claims/0=fast.lap_s < 8"}), HasSubstr("no column \"lap_s\""));

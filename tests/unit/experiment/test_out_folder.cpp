@@ -83,7 +83,11 @@ TEST(OutFolder, AnEditedExperimentGoesOnWhereAnyOfItsRunsStands) {
   write_text(folder / "out/elm/1/summary.json", "{}");
   EditedExperiment other{&two, [] { return false; }, {}};
   EXPECT_THAT(refusal([&] { open_out_folder(folder / "out", "two", {.edited = &other}); }),
-              HasSubstr("already holds another experiment"));
+              HasSubstr("already holds another experiment (/stacks/gp: new); choose another --out"));
+  const Node many = json(R"({"dt": 1, "laps": 2, "mu": 3, "seeds": {"count": 2}, "stacks": {"elm": {"mu": 2}}})");
+  EditedExperiment unlike{&many, [] { return false; }, {}};
+  EXPECT_THAT(refusal([&] { open_out_folder(folder / "out", "many", {.edited = &unlike}); }),
+              HasSubstr(" (/dt: new, 1; /laps: new, 2; /mu: new, 3; and 1 more); choose"));
   EditedExperiment edited{&two, [] { return true; }, {}};
   { open_out_folder(folder / "out", "two", {.edited = &edited}); }
   EXPECT_THAT(edited.changes, testing::ElementsAre("/stacks/gp: new"));

@@ -102,7 +102,9 @@ TEST(Registry, AnotherAbiIsRefusedBeforeItsCodeRuns) {
 }
 
 TEST(Registry, WhatIsNoPluginSaysSo) {
-  EXPECT_EQ(reason("not_a_plugin"), "is not a gripline plugin: it has no symbol gripline_plugins_abi6");
+  EXPECT_EQ(reason("not_a_plugin"),
+            "is not a gripline plugin: it has no symbol gripline_plugins_abi6; write "
+            R"(GRIPLINE_PLUGINS(gripline::describe<Class>("id", "1.0", "what it is")) in its source)");
   EXPECT_EQ(reason_of_file("just text\n"), "is not a shared library");
   EXPECT_EQ(reason_of_file(""), "is not a shared library");
   EXPECT_EQ(reason_of_file("\x7f"
@@ -278,6 +280,19 @@ TEST(Registry, AMissingPluginNamesTheNearestEveryFolderAndEveryReason) {
   EXPECT_THAT(message, Not(HasSubstr("\n")));
   EXPECT_THAT(refusal([&] { registry.find(abi::Kind::vehicle, "spy.constant"); }),
               HasSubstr("no vehicle plugin \"spy.constant\"; \"spy.constant\" is of kind controller"));
+}
+
+TEST(Registry, APluginOneFolderBelowIsPointedAt) {
+  const Folder folder;
+  write_text(folder / "my_drag/build/my_drag.so", "not built yet\n");
+  write_text(folder / "my_drag/my_drag.cpp", "");
+  const auto why = [](const std::filesystem::path& searched) {
+    return refusal([&] { Registry({searched}).find(abi::Kind::estimator, "my_drag"); });
+  };
+  EXPECT_THAT(why(folder / "my_drag"),
+              EndsWith("searched " + (folder / "my_drag").string() + " (without a plugin; one is in " +
+                       (folder / "my_drag/build").string() + ")"));
+  EXPECT_THAT(why(folder / "my_drag/build"), Not(HasSubstr("without a plugin")));
 }
 
 TEST(Registry, AReasonThatManyLibrariesShareIsSaidOnce) {

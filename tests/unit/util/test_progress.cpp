@@ -81,6 +81,33 @@ TEST(Progress, SlowPipedWorkIsHeardOf) {
   EXPECT_LE(lines(out.str()), 6u);
 }
 
+TEST(Progress, TimeLeftIsToldOnceEnoughIsDone) {
+  std::ostringstream out;
+  const Watch watch;
+  Progress progress(out, "race", 2000, {}, watch.start);
+  progress.count_in(1000);
+  progress.advance_at(watch.at(4), 6, "elm");  // most of it was preparing: 22 min
+  progress.advance_at(watch.at(20), 400, "elm");
+  progress.finish_at(watch.at(60));
+  EXPECT_EQ(out.str(),
+            "race: 0 of 2, 4 s so far (elm)\nrace: 0 of 2, 1 min 20 s left (elm)\nrace: 0 of 2 in 1 min 00 s\n");
+  std::ostringstream slow;
+  Progress sweep(slow, "sweep", 1000, {}, watch.start);
+  sweep.advance_at(watch.at(100), 10, "");
+  EXPECT_EQ(slow.str(), "sweep: 10 of 1000, 2 h 45 min left\n") << "a long sweep is not waited for";
+}
+
+TEST(Progress, NoPlainLineIsPrintedTwice) {
+  std::ostringstream out;
+  const Watch watch;
+  Progress progress(out, "race", 1000, {}, watch.start);
+  progress.count_in(1000);
+  progress.advance_at(watch.at(10), 500, "elm");
+  progress.advance_at(watch.at(15), 600, "elm");
+  progress.advance_at(watch.at(70.0 / 3.0), 700, "elm");
+  EXPECT_EQ(out.str(), "race: 0 of 1, 10 s left (elm)\n");
+}
+
 TEST(Progress, ShortPipedWorkIsSilent) {
   std::ostringstream out;
   const Watch watch;

@@ -160,6 +160,10 @@ TEST(Sensors, RefusalsSayWhatAndWhere) {
   EXPECT_THAT(why(R"({"delay": {"x": 1e300}})"), HasSubstr("/delay/x: the delay is longer than 20000 s"));
   EXPECT_THAT(why(R"({"rate": {"x": 1e-300}})"), HasSubstr("/rate/x: the time between readings is longer than"));
   EXPECT_THAT(why(R"({"sigma": {"x": -1}})"), HasSubstr("/sigma/x: -1 is out of range"));
+  EXPECT_THAT(
+      why(R"({"delay": "20 ms"})"),
+      HasSubstr("/delay: expected an object by channel (x, y, yaw, vx, vy, yaw_rate), such as {\"x\": \"20 ms\"}; "
+                "found \"20 ms\""));
   EXPECT_THAT(why(R"({"sigma": {"omega": 1}})"), HasSubstr("/sigma/omega: unknown key \"omega\""));
   EXPECT_THAT(why(R"({"sigma": {"x": "1 kg"}})"), HasSubstr("is a mass, expected a length [m]"));
   EXPECT_THAT(why(R"({"noise": {"x": 1}})"), HasSubstr("unknown key \"noise\"; known: sigma, bias, rate, delay"));
