@@ -187,7 +187,7 @@ void import_log(std::string_view bytes) {
     measured::check_session(file, measured::typical_speed(at_centre_of_gravity(file)));
     for (const measured::Finding& found : measured::health_of(file))
       require(!found.check.empty(), "a finding without a name");
-    measured::write_gripline_log(scratch() / "logger.gripline.csv", file, stated_or_found_delays(read, file));
+    measured::write_gripline_log(scratch() / "logger.gripline.csv", file, delays_to_take_off(read, file).seconds);
   });
 }
 

@@ -202,5 +202,20 @@ TEST_F(ModelsAndLogs, DiagnoseWritesIntoFoldersOfItsOwn) {
   }
 }
 
+/// By a map a log is taken for a real car's, and the verdict is always unknown; a world with a road of its own may be
+/// meant for a simulated one. Refused by its folder, so that nothing is searched.
+TEST_F(ModelsAndLogs, DiagnoseByAMapTellsWhatIsBetterForASimulatedLog) {
+  write_text(folder_ / "mine/notes.txt", "mine");
+  write_text(folder_ / "own.json",
+             R"({"time": "t_s", "channels": {"x": "x_m", "y": "y_m", "yaw": "yaw_rad", "vx": "vx_mps", "vy": "vy_mps",
+                "yaw_rate": "yaw_rate_radps", "d": "d", "delta": "delta_rad"}})");
+  const Outcome mapped =
+      gripline_with({"diagnose", world, log(), "--map", folder_ / "own.json", "--out", folder_ / "mine"});
+  EXPECT_EQ(mapped.code, 2);
+  EXPECT_THAT(mapped.err, HasSubstr("of a simulated one, gripline import it and diagnose what that writes"));
+  const Outcome own = gripline_with({"diagnose", world, log(), "--out", folder_ / "mine"});
+  EXPECT_THAT(own.err, Not(HasSubstr("simulated")));
+}
+
 }  // namespace test_cli_logs
 }  // namespace gripline

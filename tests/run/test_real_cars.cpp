@@ -418,6 +418,8 @@ TEST_F(RealCars, WrongMapsAndLogsAreRefusedWithTheirEvidence) {
   EXPECT_THAT(with("\"km/h\"", "\"kg\""), HasSubstr("unit"));
   EXPECT_THAT(with("\"deg\"", "\"rad\""), HasSubstr("yaw"));
   EXPECT_THAT(with("\"steering\"", "\"steering\", \"sign\": -1"), HasSubstr("turns against its steering"));
+  EXPECT_THAT(with(R"("column": "steering")", R"("formula": "6 * steering")"),
+              AllOf(HasSubstr("the world's delta_max is 0.5"), HasSubstr("the angle of the steering wheel")));
   std::ofstream(map()) << good;
 
   Session parked = s;

@@ -158,11 +158,11 @@ Words chosen_unknowns(const po::variables_map& given) {
 
 /// The logs, each checked; what they hardly tell is said.
 std::list<measured::SessionFile> read_fit_logs(std::span<const std::string> names, const measured::LogMap& map,
-                                               double v_ref) {
+                                               const Car& car) {
   std::list<measured::SessionFile> files;
   for (const std::string& name : names) {
     files.push_back(measured::read_session(name, map));
-    measured::check_session(files.back(), v_ref);
+    measured::check_session(files.back(), car.v_ref, car.delta_max);
     warn_of_findings(name, files.back());
     warn_of_inconsistencies(name, files.back());
   }
@@ -236,7 +236,7 @@ int run_fit(Arguments args) {
   const LogWorld world = read_log_world(words[0], *given, registry);
   const measured::LogMap map = map_option(*given, world.spec);
 
-  const auto files = read_fit_logs(std::span(words).subspan(1), map, world.spec.car.car.v_ref);
+  const auto files = read_fit_logs(std::span(words).subspan(1), map, world.spec.car.car);
   calibrate::ForecastOptions options = calibrate::forecast_options(world.spec);
   options.own_commands = false;
   const calibrate::Trial given_world(world.spec, options);

@@ -146,8 +146,9 @@ int import_log(Arguments args, OpenBag open) {
   const double v_ref = (*given)["v-ref"].as<double>();
   measured::check_session(file, v_ref > 0.0 ? v_ref : measured::typical_speed(at_centre_of_gravity(file)));
   print(measured::health_of(file));
-  const auto remarks = measured::write_gripline_log(out, file, stated_or_found_delays(map, file));
-  for (const std::string& remark : remarks) std::cout << remark << '\n';
+  const measured::DelaysToTakeOff delays = delays_to_take_off(map, file);
+  for (const std::string& remark : delays.remarks) std::cout << remark << '\n';
+  for (const std::string& remark : measured::write_gripline_log(out, file, delays.seconds)) std::cout << remark << '\n';
   std::cout << "log: " << out.string() << '\n';
   return good;
 }

@@ -138,7 +138,7 @@ int predict(const po::variables_map& given) {
   const measured::SessionFile file = measured::read_session(request.log, map);
   warn_of_findings(request.log, file);
   try {
-    measured::check_session(file, world.spec.car.car.v_ref);
+    measured::check_session(file, world.spec.car.car.v_ref, world.spec.car.car.delta_max);
   } catch (const InputError& e) {
     std::cerr << "warning: " << e.what() << '\n';
   }

@@ -51,9 +51,9 @@ void print_real(const Diagnosis& d, const MissingEffects& found, const diagnose:
 
 int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measured::LogMap& map,
                   const Registry& registry) {
-  const double v_ref = world.spec.car.car.v_ref;
-  auto files = diagnose::read_sessions(asked.logs, map, v_ref),
-       held_out = diagnose::read_sessions(asked.held_out, map, v_ref);
+  const Car& car = world.spec.car.car;
+  auto files = diagnose::read_sessions(asked.logs, map, car),
+       held_out = diagnose::read_sessions(asked.held_out, map, car);
   for (const Sessions* const all : {&files, &held_out})
     for (const measured::SessionFile& file : *all) {
       warn_of_findings(file.session.name, file);
@@ -61,7 +61,7 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
     }
   diagnose::use_once(files, held_out, [](const std::string& line) { std::cerr << line << '\n'; });
   const OutLock lock = open_out_folder(asked.out, "diagnosis", {.force = asked.force});
-  const auto delays = diagnose::significant_delays_beyond_map(files, map, v_ref);
+  const auto delays = diagnose::significant_delays_beyond_map(files, map, car.v_ref);
   const MissingEffects found = search(world, with_found(map, delays), registry, files, held_out, asked.out);
   const diagnose::Cornering corners = cornering_of(files, world.spec, found);
   const Diagnosis d = real_diagnosis(found, delays, corners);

@@ -97,8 +97,8 @@ function headline(d: Diagnosis, words: Words): string {
       return `${list} Other explanations fit this log as well.`;
     case "unknown": {
       const found = [refitted(d), list].filter(Boolean).join(" ");
-      const rest = d.gap?.at_noise ? "What is left is as large as the sensors' own noise: these logs tell nothing more." : "The rest is not known.";
-      return found || d.gap?.at_noise ? `${found} ${rest}`.trim() : "Something is missing that the catalogue does not know.";
+      const rest = d.gap?.at_noise ? "What is left is as large as the sensors' own noise: these logs tell nothing more." : d.gap?.noise_too_large ? "The sensors' noise is measured too large to say what is left." : "The rest is not known.";
+      return found || d.gap?.at_noise || d.gap?.noise_too_large ? `${found} ${rest}`.trim() : "Something is missing that the catalogue does not know.";
     }
   }
 }
@@ -166,7 +166,7 @@ export function diagnosisHead(d: Diagnosis, more: DiagnosisReport | null): HTMLE
     gapBar(d),
     h("p", { class: "lede" }, ...prose([found ? closes(d) : "", d.verdict === "unknown" && !atNoise && !(d.named ?? []).length ? nearest(d, words) : "", d.verdict === "unknown" && !atNoise ? whereText(d) : ""].filter(Boolean).join(" "))),
     d.manoeuvre ? h("p", { class: "lede" }, h("strong", {}, "To decide: "), ...prose(d.manoeuvre)) : null,
-    h("p", { class: "note" }, h("span", { class: `badge ${d.verdict}` }, atNoise ? "As good as the sensors" : verdictWords[d.verdict]), " ", ...prose(more?.sentence || sentence(d))),
+    h("p", { class: "note" }, h("span", { class: `badge ${d.verdict}` }, atNoise ? "As good as the sensors" : d.gap?.noise_too_large ? "Noise measured too large" : verdictWords[d.verdict]), " ", ...prose(more?.sentence || sentence(d))),
     more?.log ? h("p", { class: "note" }, `Log ${more.log}${more.world ? `, world ${more.world}` : ""}.`) : null,
   );
 }

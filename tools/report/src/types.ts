@@ -121,7 +121,7 @@ export interface Diagnosis {
   unknown?: { where: string; interval: Range | null } | null;
   nominal_fit?: Record<string, number | null> | null;
   /** `calibrated` and what follows: of a real car's logs, where calibrating closes a part and effects another. */
-  gap?: { horizon_s: number | null; before: number | null; after: number | null; closure: number | null; closure_ci95?: Range; calibrated?: number | null; noise?: number | null; at_noise?: boolean; judged?: number | null; calibration?: Change; effects?: Change | null; sessions?: SessionChange[] | null };
+  gap?: { horizon_s: number | null; before: number | null; after: number | null; closure: number | null; closure_ci95?: Range; calibrated?: number | null; noise?: number | null; at_noise?: boolean; noise_too_large?: boolean; judged?: number | null; calibration?: Change; effects?: Change | null; sessions?: SessionChange[] | null };
   ranking?: { effect: string; gain?: number | null; less_error?: number | null; held_out: number | null; selected_fraction: number | null; rollout?: Rollout }[];
   manoeuvre?: string | null;
 }

@@ -222,7 +222,7 @@ class MeasuredRun {
     for (const auto& log : spec_.logs) {
       if (const std::string why = why_unreadable(log); !why.empty()) throw InputError(shown(log) + ": " + why);
       files_.push_back(measured::read_session(log, map_));
-      measured::check_session(files_.back(), spec_.world.car.car.v_ref);
+      measured::check_session(files_.back(), spec_.world.car.car.v_ref, spec_.world.car.car.delta_max);
       out_.health.emplace_back(files_.back().session.name, measured::health_of(files_.back()));
     }
     for (const FitLog& log : fit_logs(files_, spec_.world.track, options_.step, fit_)) {

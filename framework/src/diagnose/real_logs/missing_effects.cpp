@@ -248,9 +248,14 @@ bool MissingEffects::at_noise() const {
 
 bool MissingEffects::sum_at_noise() const {
   // An error this little above the noise hides a tenth of it in squares: less than the noise is known to.
+  constexpr double as_large = 1.05;
+  return noise > 0.0 && !noise_too_large() && found <= as_large * noise;
+}
+
+bool MissingEffects::noise_too_large() const {
   // Readings that are predicted have their noise: a figure well above the error holds motion too, and tells nothing.
-  constexpr double least = 0.9, as_large = 1.05;
-  return noise > 0.0 && found >= least * noise && found <= as_large * noise;
+  constexpr double least = 0.9;
+  return noise > 0.0 && found < least * noise;
 }
 
 MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,

@@ -89,6 +89,8 @@ struct MissingEffects {
   bool sum_at_noise() const;
   /// Whether that holds of each quantity too: these logs show nothing more.
   bool at_noise() const;
+  /// Whether predictions are better than noise alone lets them be: then `noise` is wrong, and nothing is told by it.
+  bool noise_too_large() const;
   calibrate::ForecastChange calibration;  // calibrated against given, of the model alone
   calibrate::ForecastChange change;       // found against calibrated
   calibrate::ForecastChange all;          // found against given

@@ -76,6 +76,7 @@ Node real_diagnosis_json(const Diagnosis& d, const MissingEffects& found, const 
   gap.set("calibrated", number_or_null(found.calibrated));
   gap.set("noise", number_or_null(found.noise > 0.0 ? found.noise : NAN));
   gap.set("at_noise", Node(found.at_noise()));
+  gap.set("noise_too_large", Node(found.noise_too_large()));
   gap.set("judged", number_or_null(found.validation));
   gap.set("calibration", change_node(found.calibration));
   gap.set("effects", found.named.empty() ? Node::null() : change_node(found.change));

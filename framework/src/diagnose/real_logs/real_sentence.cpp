@@ -61,18 +61,23 @@ std::string improvement_text(const MissingEffects& found) {
 /// The error that remains, beside what sensor noise alone would leave.
 std::string remaining_text(const MissingEffects& found) {
   std::string text = "The normalised error that remains, " + significant(found.found, 3);
+  const std::string noise = " (" + significant(found.noise, 3) + ")";
   if (found.at_noise())
-    return text + ", is as large as the sensors' own noise (" + significant(found.noise, 3) +
-           "): these logs show nothing more.";
-  if (found.noise > 0.0)
-    text += found.noise < found.found ? " where sensor noise alone would leave " + significant(found.noise, 2)
-                                      : ", no more than sensor noise alone would leave";
-  text += ", is unexplained: ";
+    return text + ", is as large as the sensors' own noise" + noise + ": these logs show nothing more.";
+  if (found.noise_too_large())
+    text +=
+        ", is less than sensor noise alone would leave by these logs" + noise +
+        ": their noise is measured too large (motion passes for it), and whether more is missing is not told by it; ";
+  else if (found.sum_at_noise())
+    text += ", is in sum as large as the sensors' own noise" + noise + ", but the error of " +
+            found.largest_over_noise.quantity + " is " + significant(found.largest_over_noise.times, 2) +
+            " times its sensor's noise and unexplained: ";
+  else if (found.noise > 0.0)
+    text += " where sensor noise alone would leave " + significant(found.noise, 2) + ", is unexplained: ";
+  else
+    text += ", is unexplained: ";
   text += found.named.empty() ? "no effect" : "no other effect";
   text += " that was tried reduces it by enough, or with enough certainty, to be named";
-  if (found.sum_at_noise())
-    text += "; the error of " + found.largest_over_noise.quantity + " is " +
-            significant(found.largest_over_noise.times, 2) + " times its sensor's noise";
   const std::string rest = remainder_text(found.remainder);
   return text + (rest.empty() ? "." : "; " + rest + ".");
 }

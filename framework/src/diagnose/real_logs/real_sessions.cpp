@@ -41,11 +41,12 @@ void forget_unidentified(measured::LogFile& log, const SessionFile& file) {
 
 }  // namespace
 
-std::list<SessionFile> read_sessions(const std::vector<std::string>& files, const measured::LogMap& map, double v_ref) {
+std::list<SessionFile> read_sessions(const std::vector<std::string>& files, const measured::LogMap& map,
+                                     const Car& car) {
   std::list<SessionFile> all;
   for (const std::string& file : files) {
     all.push_back(measured::read_session(file, map));
-    measured::check_session(all.back(), v_ref);
+    measured::check_session(all.back(), car.v_ref, car.delta_max);
   }
   return all;
 }

@@ -2,6 +2,8 @@
 // channels.
 #pragma once
 
+#include <gripline/types.hpp>
+
 #include <functional>
 #include <list>
 #include <span>
@@ -15,9 +17,9 @@ namespace gripline::diagnose {
 
 using PrintLine = std::function<void(const std::string&)>;
 
-/// `v_ref`: typical speed of the car [m/s]. Throws InputError.
+/// `car`: of the world, whose typical speed and largest steering angle the logs are checked by. Throws InputError.
 std::list<measured::SessionFile> read_sessions(const std::vector<std::string>& files, const measured::LogMap& map,
-                                               double v_ref);
+                                               const Car& car);
 
 /// Takes out logs that have the same rows as one before them, and prints a line on each. Throws InputError where a log
 /// that is held out has the rows of one that is fitted: it cannot judge the fit.

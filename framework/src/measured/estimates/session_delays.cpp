@@ -12,6 +12,7 @@
 #include "measured/estimates/independent_blocks.hpp"
 #include "measured/readings/bridged_readings.hpp"
 #include "measured/session/centre_of_gravity.hpp"
+#include "measured/session/gripline_log.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -342,6 +343,13 @@ std::vector<PairDelay> identified_delays(const Session& s, const std::array<bool
   return delays;
 }
 
+/// Whether a channel is late against another, and by as much as its readings resolve: by half of what lies between two.
+bool is_told_from_zero(const PairDelay& delay, const Session& s) {
+  const bool by_interval = delay.low > 0.0 || delay.high < 0.0;
+  const std::size_t channel = delay.channel == std::string_view("velocity") ? Channel::vx : Channel::yaw_rate;
+  return by_interval && std::abs(delay.seconds) >= 0.5 * median_step(s, channel);
+}
+
 }  // namespace
 
 std::vector<PairDelay> pairwise_delays(const Session& session) {
@@ -397,9 +405,22 @@ std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const
   return delays;
 }
 
-std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const SessionFile& file) {
+DelaysToTakeOff delays_to_take_off(const LogMap& map, const SessionFile& file) {
   const bool search = std::ranges::any_of(map.channel, [](const auto& c) { return c && !c->delay; });
-  return stated_or_found_delays(map, search ? pairwise_delays_of_file(file) : std::vector<PairDelay>{});
+  std::vector<PairDelay> found = search ? pairwise_delays_of_file(file) : std::vector<PairDelay>{};
+  DelaysToTakeOff out;
+  for (PairDelay& d : found) {
+    const auto group =
+        static_cast<std::size_t>(std::ranges::find(delay_names, std::string_view(d.channel)) - delay_names.begin());
+    if (!d.of_clock || map.delay(group) || is_told_from_zero(d, file.session)) continue;
+    if (std::abs(d.seconds) >= shortest_delay)
+      out.remarks.push_back(std::string(d.channel) + ": a delay of " + significant(d.seconds) + " s (" +
+                            significant(d.low) + " to " + significant(d.high) + ") against " + d.against +
+                            " is not told from 0: none taken off");
+    d.seconds = 0.0;
+  }
+  out.seconds = stated_or_found_delays(map, found);
+  return out;
 }
 
 }  // namespace gripline::measured

@@ -1,12 +1,14 @@
 // How late the channels of a session are. Two quantities: by pair, how much later one channel shows what another shows
 // too (`PairDelay`); and by group, how late the channels of one clock are on the log's own clock (`delay_groups`),
 // which follows from the pairs for what the map does not state. A fit starts its search for delays by group there
-// (calibrate/fit), `import` takes them off; diagnose/inference/channel_delays decides which pairs are significant.
+// (calibrate/fit), `import` takes off those that are told from 0; diagnose/inference/channel_delays decides which pairs
+// are significant.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "measured/session/session_file.hpp"
@@ -42,7 +44,15 @@ std::optional<PairDelay> displacement_delay(const Session& session, double yaw_i
 /// By group, how late it is on the log's clock [s]: as the map states it, else what was found between pairs, `found`,
 /// added to how late the pose is. A pose of which nothing is stated counts as on time; NaN where it is not identified.
 std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const std::vector<PairDelay>& found);
-/// Likewise of a log through its map, whose pairs are compared only where the map leaves a channel's delay to be found.
-std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const SessionFile& file);
+
+/// What `import` takes off a log.
+struct DelaysToTakeOff {
+  std::array<double, delay_groups> seconds{};  // by group, as write_gripline_log takes them
+  std::vector<std::string> remarks;            // a sentence for each delay found that is not told from 0
+};
+/// As stated_or_found_delays, whose pairs are compared only where the map leaves a channel's delay to be found. A delay
+/// between a pair whose interval holds 0, or that is shorter than half of what lies between two readings of the later
+/// channel, counts as none: taken off, it would make a log late that is not.
+DelaysToTakeOff delays_to_take_off(const LogMap& map, const SessionFile& file);
 
 }  // namespace gripline::measured

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -30,12 +31,60 @@ std::vector<std::size_t> rows_with(const Session& session, std::size_t channel) 
   return rows;
 }
 
+/// From one of some rows to the next [s], without the tenth at each end.
+struct Steps {
+  double typical = 0, shortest = 0, longest = 0;
+  Steps(const Session& s, std::span<const std::size_t> rows) {
+    std::vector<double> all;
+    for (std::size_t k = 1; k < rows.size(); ++k) all.push_back(s.t[rows[k]] - s.t[rows[k - 1]]);
+    typical = median(all, 0.0);
+    shortest = lower_quantile(all, 0.1);
+    longest = lower_quantile(std::move(all), 0.9);
+  }
+  bool vary_beyond(double share) const { return shortest < share * longest; }
+};
+
 /// Fourth difference of five readings, for uneven ones the divided difference that white noise gives the same size.
 double fourth_difference(const Session& s, std::size_t channel, std::span<const std::size_t, 5> row, bool even) {
   std::array<double, 5> t{}, y{};
   for (std::size_t i = 0; i < row.size(); ++i) t[i] = s.t[row[i]], y[i] = s.at(row[i], channel);
   if (even) return y[4] - 4.0 * y[3] + 6.0 * y[2] - 4.0 * y[1] + y[0];
   return scaled_difference(t, y) * std::sqrt(fourth_difference_covariance(0.0, 0));
+}
+
+/// Fourth differences of a channel, at the last of every five of some rows.
+struct Differences {
+  std::vector<double> at;     // NaN over gaps and where a reading is missing
+  std::vector<double> sizes;  // of those there are
+  double scale = 0;           // the standard deviation of a normal distribution with their median size
+  bool divided = false;       // by the times between the readings
+};
+/// `step`: from one of the rows to the next [s].
+Differences differences_of(const Session& s, std::size_t channel, std::span<const std::size_t> rows, double step,
+                           bool even) {
+  Differences out;
+  out.at.assign(rows.size(), not_a_number);
+  for (std::size_t k = 4; k < rows.size(); ++k) {
+    const auto row = rows.subspan(k - 4).first<5>();
+    if (s.t[row.back()] - s.t[row.front()] > 4.6 * step) continue;
+    out.at[k] = fourth_difference(s, channel, row, even);
+    if (!std::isnan(out.at[k])) out.sizes.push_back(std::abs(out.at[k]));
+  }
+  out.scale = median(out.sizes, 0.0) / 0.6745;
+  out.divided = !even;
+  return out;
+}
+
+/// Of consecutive rows. Where their steps vary, either the readings were taken at these times, or they were even and the
+/// clock that stamped them was not (as that of the 1:10 car's motion capture): whichever is wrong passes the car's
+/// motion for noise, so that of the two differences the smaller one counts.
+Differences differences_in_rows(const Session& s, std::size_t channel, std::span<const std::size_t> rows,
+                                const Steps& steps) {
+  constexpr double even = 0.99, smaller = 0.95;  // what is nearer to 1 is rounding of stamps, and chance
+  Differences plain = differences_of(s, channel, rows, steps.typical, true);
+  if (!steps.vary_beyond(even)) return plain;
+  Differences divided = differences_of(s, channel, rows, steps.typical, false);
+  return divided.scale < smaller * plain.scale ? divided : plain;
 }
 
 /// Lag-one correlation of the noise that leaves fourth differences correlated as these are, those above `most` aside.
@@ -67,42 +116,38 @@ std::optional<double> colour_of(const std::vector<double>& difference, double mo
 std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step) {
   constexpr double sparse = 1.5;        // rows from one reading to the next
   constexpr double most_telling = 0.9;  // correlation from where on noise and motion between readings look alike
-  const std::vector<std::size_t> rows = rows_with(session, channel);
-  std::vector<double> steps;
-  for (std::size_t k = 1; k < rows.size(); ++k) steps.push_back(session.t[rows[k]] - session.t[rows[k - 1]]);
-  const bool in_rows = !(median(steps, 0.0) > sparse * row_step);
-  const double step = in_rows ? row_step : lower_quantile(steps, 0.9);
-  const std::size_t n = in_rows ? session.rows() : rows.size();
-  std::vector<double> difference(n, not_a_number), sizes;
-  for (std::size_t k = 4; k < n; ++k) {
-    std::array<std::size_t, 5> row{};
-    for (std::size_t i = 0; i < row.size(); ++i) row[i] = in_rows ? k - 4 + i : rows[k - 4 + i];
-    if (session.t[row.back()] - session.t[row.front()] > 4.6 * step) continue;
-    difference[k] = fourth_difference(session, channel, row, in_rows);
-    if (!std::isnan(difference[k])) sizes.push_back(std::abs(difference[k]));
+  std::vector<std::size_t> rows = rows_with(session, channel);
+  Steps steps(session, rows);
+  const bool in_rows = !(steps.typical > sparse * row_step);
+  if (in_rows) {
+    rows.resize(session.rows());
+    std::iota(rows.begin(), rows.end(), std::size_t{0});
+    steps = Steps(session, rows);
   }
-  if (sizes.size() < 100) return std::nullopt;
+  steps.typical = in_rows ? row_step : steps.longest;
+  const Differences difference = in_rows ? differences_in_rows(session, channel, rows, steps)
+                                         : differences_of(session, channel, rows, steps.typical, false);
+  if (difference.sizes.size() < 100) return std::nullopt;
   Noise noise;
-  noise.samples = sizes.size();
-  const double scale = median(sizes) / 0.6745;  // of a normal distribution
-  if (!(scale > 0.0)) return noise;
+  noise.samples = difference.sizes.size();
+  if (!(difference.scale > 0.0)) return noise;
   const auto white = [&] {
-    noise.sigma = scale / std::sqrt(fourth_difference_covariance(0.0, 0));
+    noise.sigma = difference.scale / std::sqrt(fourth_difference_covariance(0.0, 0));
     return noise;
   };
-  constexpr double even = 0.8;          // of the typical longest step
-  constexpr double still_linear = 0.3;  // [s] from one reading to the next
-  if (!in_rows && lower_quantile(std::move(steps), 0.1) < even * step) {
+  const double even = in_rows ? 0.5 : 0.8;  // of the typical longest step; of readings in all rows there are more
+  constexpr double still_linear = 0.3;      // [s] from one reading to the next
+  if (difference.divided && steps.vary_beyond(even)) {
     // Differences of uneven readings are correlated by their spacing: of noise that is taken for white, where the car
     // cannot have moved much otherwise.
-    if (step > still_linear) return std::nullopt;
+    if (steps.typical > still_linear) return std::nullopt;
     return white();
   }
-  const std::optional<double> colour = colour_of(difference, 4.0 * scale);
+  const std::optional<double> colour = colour_of(difference.at, 4.0 * difference.scale);
   if (!colour) return white();
   noise.colour = *colour;
   if (!in_rows && noise.colour > most_telling) return std::nullopt;
-  noise.sigma = scale / std::sqrt(fourth_difference_covariance(noise.colour, 0));
+  noise.sigma = difference.scale / std::sqrt(fourth_difference_covariance(noise.colour, 0));
   return noise;
 }
 

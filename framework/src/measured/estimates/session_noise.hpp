@@ -19,7 +19,8 @@ struct Noise {
 /// Noise of one channel of a session, whose sensors may filter, from readings in consecutive rows, or of a channel that
 /// is read in few of them from consecutive readings. Nothing below 100 usable differences, nor where a car moves too
 /// much between such readings for their noise to show. Taken for white where differences do not follow each other, and
-/// of uneven readings. `row_step`: median time between rows [s].
+/// of uneven readings. Where rows are uneven, the smaller of the noises that readings at these times, and even readings
+/// of a clock that jitters, would show. `row_step`: median time between rows [s].
 std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step);
 
 }  // namespace gripline::measured

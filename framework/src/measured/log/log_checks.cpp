@@ -28,8 +28,11 @@ std::vector<SessionWindow> full_windows(const RawLog& raw) {
   return windows;
 }
 
-void check_speed(const CsvTable& table, double ratio) {
+/// vx and, where it is read, vy over the speed of the place.
+void check_speed(const CsvTable& table, double ratio, double side) {
   const std::string found = "vx_mps is " + significant(ratio) + " times the speed of x_m, y_m";
+  if (velocities_look_swapped(ratio, side))
+    refuse(table, found + ", and vy_mps " + significant(side) + " times: vx_mps and vy_mps look swapped");
   for (const WrongUnit& u : wrong_units)
     if (ratio > u.low && ratio < u.high)
       refuse(table, found + (u.of_place ? ": x_m, y_m look like " : ": vx_mps looks like ") + u.name +
@@ -68,8 +71,9 @@ void check_frame(const CsvTable& table, const std::vector<SessionWindow>& window
                       " rad to the left of where yaw_rad points; expected yaw counter-clockwise from the x axis");
   if (are_alike(mirror))
     refuse(table,
-           "yaw_rad turns the other way than the path of x_m, y_m: the frame seems to be left-handed; expected y to "
-           "the left of x and yaw counter-clockwise");
+           std::string("yaw_rad turns the other way than the path of x_m, y_m: the frame seems to be left-handed") +
+               (is_about_a_quarter(mirror) ? ", or x_m and y_m are swapped" : "") +
+               "; expected y to the left of x and yaw counter-clockwise");
 }
 
 /// The car turns to the side it is steered to, but for moments of countersteer. Asked of windows driven forwards at
@@ -97,11 +101,10 @@ void check_commands(const CsvTable& table, const RawLog& raw, double delta_max) 
   std::vector<double> angles, pedals;
   for (const double angle : raw.delta) angles.push_back(std::abs(angle));
   for (const double d : raw.d) pedals.push_back(std::abs(d));
-  const double steered = lower_quantile(angles, 0.97, 0.0), pedal = lower_quantile(pedals, 0.97, 0.0);
+  const double steered = lower_quantile(angles, often_steered, 0.0), pedal = lower_quantile(pedals, 0.97, 0.0);
   if (steered > most_steering)
     refuse(table, "delta_rad reaches " + significant(steered) + ": it looks like degrees; expected rad");
-  // A car steers beyond its limit by an error of calibration, never by half.
-  if (delta_max > 0.0 && steered > 1.5 * delta_max)
+  if (is_of_handwheel(steered, delta_max))
     refuse(table, "delta_rad reaches " + significant(steered) + ", and the car's delta_max is " +
                       significant(delta_max) +
                       ": it looks like the angle of the handwheel; expected that of the road wheels, so divide by the "
@@ -157,7 +160,7 @@ void check_units(const CsvTable& table, const RawLog& raw, const LogExpectations
   const double v_ratio = median_ratio(
       windows, [](const SessionWindow& w) { return std::abs(w.speed) * w.seconds; },
       [](const SessionWindow& w) { return w.way; });
-  check_speed(table, v_ratio);
+  check_speed(table, v_ratio, side_over_path(windows));
   std::vector<SessionWindow> gentle;
   for (const SessionWindow& w : windows)
     if (std::abs(w.turn) < 2.5) gentle.push_back(w);

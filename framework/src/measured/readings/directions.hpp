@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <vector>
 
 namespace gripline::measured {
@@ -22,6 +23,11 @@ inline bool are_alike(const std::complex<double>& mean) { return std::abs(mean) 
 inline bool are_about_zero(const std::complex<double>& mean) {
   constexpr double least = 0.7, most = 0.6;  // of length; [rad]
   return std::abs(mean) > least && std::abs(std::arg(mean)) < most;
+}
+/// Whether sums of a heading and the course of its path, which are `are_alike`, are those of x and y by turns: a mirror
+/// on the diagonal. (So is a compass's clockwise angle from +y.)
+inline bool is_about_a_quarter(const std::complex<double>& mean) {
+  return std::abs(std::arg(mean) - std::numbers::pi / 2) < 0.3;
 }
 
 }  // namespace gripline::measured

@@ -51,7 +51,11 @@ inline bool is_over_degrees(double ratio) { return ratio > 1.0 / 90.0 && ratio <
 inline bool has_other_sign(double ratio) { return ratio < -0.3 || is_over_degrees(-ratio); }
 
 inline constexpr double most_steering = 1.6;  // [rad] no wheel turns further: beyond it the angle is in degrees
-inline constexpr double most_pedal = 1.5;     // [1] beyond it d is in per cent, or a pressure
+/// Whether an angle that is hardly exceeded is the handwheel's, by the car's limit [rad], 0 where that is not known. A car
+/// steers beyond its limit by an error of calibration, never by half.
+inline bool is_of_handwheel(double steered, double delta_max) { return delta_max > 0.0 && steered > 1.5 * delta_max; }
+inline constexpr double often_steered = 0.97;  // of the rows have no larger angle than what is compared with it
+inline constexpr double most_pedal = 1.5;      // [1] beyond it d is in per cent, or a pressure
 
 /// A unit that was taken for the right one makes the speed that is read this many times that of the place. No wider:
 /// the advice is followed, and what is left of the error may pass.

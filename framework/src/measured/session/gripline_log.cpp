@@ -34,12 +34,11 @@ std::vector<std::string> write_gripline_log(const std::filesystem::path& file, c
   constexpr std::array<int, channels> digits = {6, 6, 7, 6, 6, 7};
   const Session& s = from.session;
   std::vector<std::string> done;
-  constexpr double least = 1e-3;  // [s] shorter delays are none
   for (std::size_t g = 0; g < delay_groups; ++g) {
     if (std::isnan(delays[g])) {
       done.push_back(no_delay_text(g));
       delays[g] = 0.0;
-    } else if (std::abs(delays[g]) < least) {
+    } else if (std::abs(delays[g]) < shortest_delay) {
       delays[g] = 0.0;
     } else {
       done.push_back(std::string(delay_names[g]) + ": " + significant(delays[g]) + " s taken off");

@@ -57,11 +57,12 @@ Pushing pushing(const std::vector<SessionWindow>& windows, double slowest) {
 
 class Checks {
  public:
-  Checks(const SessionFile& file, double v_ref)
-      : s_(at_centre_of_gravity(file)), v_ref_(v_ref), windows_(session_windows(s_)) {}
+  Checks(const SessionFile& file, double v_ref, double delta_max)
+      : s_(at_centre_of_gravity(file)), v_ref_(v_ref), delta_max_(delta_max), windows_(session_windows(s_)) {}
 
   void run(bool derived) const {
     commands();
+    if (!derived) velocity_axes();
     moving();
     throttle();
     if (!derived) speed();
@@ -124,13 +125,34 @@ class Checks {
       refuse("delta reaches " + significant(most_delta) +
              " rad, which no wheel turns: it looks like degrees (\"unit\": "
              "\"deg\") or the angle of the steering wheel (divide by the steering ratio)");
+    const double steered = lower_quantile(delta, often_steered);
+    if (is_of_handwheel(steered, delta_max_))
+      refuse(
+          "delta reaches " + significant(steered) + " rad, and the world's delta_max is " + significant(delta_max_) +
+          ": it looks like the angle of the steering wheel; expected that of the road wheels (divide by the steering "
+          "ratio), or a delta_max of this car");
+  }
+
+  /// Asked first: by its sideslip as forward speed a car stands, or its place is in another unit.
+  void velocity_axes() const {
+    std::vector<double> ways;
+    for (const SessionWindow& w : windows_)
+      if (std::isfinite(w.way)) ways.push_back(w.way / w.seconds);
+    if (top_speed(std::move(ways)) < slowest_driving(v_ref_)) return;
+    const double speed = speed_over_path(windows_), side = side_over_path(windows_);
+    if (velocities_look_swapped(speed, side))
+      refuse("vx is " + significant(speed) + " times the speed at which x and y move, vy " + significant(side) +
+             " times: vx and vy look swapped");
   }
 
   void moving() const {
     std::vector<double> speeds;
     for (const SessionWindow& w : windows_)
       if (std::isfinite(speed_of(w))) speeds.push_back(std::abs(speed_of(w)));
-    if (speeds.size() < 10) refuse("fewer than 5 s with readings; 60 s are good");
+    constexpr std::size_t fewest = 10;
+    if (speeds.size() < fewest)
+      refuse("only " + std::to_string(speeds.size()) + " half seconds with a speed or a way, which overlap by half; " +
+             std::to_string(fewest) + " are needed, some 3 s, and 60 s are good");
     const double most = top_speed(std::move(speeds));
     if (most < slowest_driving(v_ref_))
       refuse("the car is parked: its speed stays below " + significant(most) + " m/s; expected a log of driving" +
@@ -209,7 +231,8 @@ class Checks {
     if (are_alike(mirrored))
       refuse("yaw turns against the path: yaw plus the path's angle is always " +
              significant(std::arg(mirrored) * 180 / pi) +
-             " deg; a compass counts clockwise (\"formula\": \"pi/2 - rad(heading)\"), or y points to the right");
+             " deg; a compass counts clockwise (\"formula\": \"pi/2 - rad(heading)\"), or y points to the right" +
+             (is_about_a_quarter(mirrored) ? ", or x and y are swapped" : ""));
     // A car that spins now and then points elsewhere than it goes.
     const bool few = static_cast<double>(turning.size()) < (1.0 - mostly) * static_cast<double>(off.size());
     if (few && upper_median(std::move(turning), 0.0) > spins) return;
@@ -229,12 +252,14 @@ class Checks {
   }
 
   const Session s_;
-  double v_ref_;
+  double v_ref_, delta_max_;
   std::vector<SessionWindow> windows_;
 };
 
 }  // namespace
 
-void check_session(const SessionFile& file, double v_ref) { Checks(file, v_ref).run(file.derived_velocity); }
+void check_session(const SessionFile& file, double v_ref, double delta_max) {
+  Checks(file, v_ref, delta_max).run(file.derived_velocity);
+}
 
 }  // namespace gripline::measured

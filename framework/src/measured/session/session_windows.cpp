@@ -5,7 +5,6 @@
 
 #include "measured/readings/bridged_readings.hpp"
 #include "measured/readings/held_readings.hpp"
-#include "measured/readings/unit_checks.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -135,6 +134,12 @@ double typical_speed(const Session& session) {
 double speed_over_path(const std::vector<SessionWindow>& windows) {
   return median_ratio(
       windows, [](const SessionWindow& w) { return w.speed; }, [](const SessionWindow& w) { return w.way / w.seconds; },
+      least_of_ratio);
+}
+
+double side_over_path(const std::vector<SessionWindow>& windows) {
+  return median_ratio(
+      windows, [](const SessionWindow& w) { return w.side; }, [](const SessionWindow& w) { return w.way / w.seconds; },
       least_of_ratio);
 }
 

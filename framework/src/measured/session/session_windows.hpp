@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "measured/readings/unit_checks.hpp"
 #include "measured/session/session.hpp"
 #include "util/statistics.hpp"
 
@@ -56,6 +57,12 @@ double typical_speed(const Session& session);
 
 /// How many times the speed at which the place moves vx is; NaN where they cannot be compared.
 double speed_over_path(const std::vector<SessionWindow>& windows);
+/// How many times that speed vy is: next to 0 of a car that drives forward.
+double side_over_path(const std::vector<SessionWindow>& windows);
+/// Whether vx is not the speed at which the place moves and vy is, of whatever sign.
+inline bool velocities_look_swapped(double speed_over_path, double side_over_path) {
+  return !std::isnan(speed_over_path) && !is_about(std::abs(speed_over_path)) && is_about(std::abs(side_over_path));
+}
 
 /// Correlation of pairs of values, of windows or of rows.
 struct Correlation {

@@ -61,9 +61,10 @@ Rows rows_with_time(const DelimitedTable& table, const Values& time, std::vector
   }
   if (rows.size() < table.rows())
     note_rows(findings, std::to_string(table.rows() - rows.size()) + " without time", "left out");
-  if (rows.size() < 20)
-    refuse_file(table.file,
-                "only " + std::to_string(rows.size()) + " rows with a time; expected a log of at least 5 s");
+  constexpr std::size_t fewest = 20;
+  if (rows.size() < fewest)
+    refuse_file(table.file, "only " + std::to_string(rows.size()) + " rows with a time; expected " +
+                                std::to_string(fewest) + " or more, and 60 s are good");
   return rows;
 }
 

@@ -56,8 +56,10 @@ TEST(MissingEffects, ErrorsAsLargeAsTheSensorsNoiseTellNothingMore) {
   EXPECT_TRUE(found.at_noise());
   found.found = 0.45;
   EXPECT_FALSE(found.at_noise());
+  EXPECT_FALSE(found.noise_too_large());
   found.found = 0.3;  // below what sensors alone would leave: that figure is wrong
   EXPECT_FALSE(found.at_noise());
+  EXPECT_TRUE(found.noise_too_large());
 }
 
 TEST(MissingEffects, AValueAtAnEndOfItsRangeIsNoEstimate) {

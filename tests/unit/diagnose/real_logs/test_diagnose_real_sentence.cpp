@@ -68,10 +68,23 @@ TEST(RealSentence, DoesNotEndWhereOneChannelIsFarAboveItsNoise) {
   found.noise = 1.0;
   found.largest_over_noise = {"vy", 9.2};
   EXPECT_THAT(text_of(found),
-              HasSubstr("that remains, 1, no more than sensor noise alone would leave, is unexplained"));
-  EXPECT_THAT(text_of(found), HasSubstr("; the error of vy is 9.2 times its sensor's noise"));
+              EndsWith("that remains, 1, is in sum as large as the sensors' own noise (1), but the error of vy is 9.2 "
+                       "times its sensor's noise and unexplained: no effect that was tried reduces it by enough, or "
+                       "with enough certainty, to be named."));
   found.largest_over_noise = {"vy", 2.0};
   EXPECT_TRUE(found.at_noise());
+}
+
+/// Predictions cannot be better than their readings' noise: it is the noise that is wrong, and nothing is unexplained.
+TEST(RealSentence, SaysThatANoiseAboveTheErrorIsMeasuredTooLarge) {
+  MissingEffects found = found_with({});
+  found.noise = 1.4;
+  EXPECT_THAT(
+      text_of(found),
+      EndsWith("The normalised error that remains, 1, is less than sensor noise alone would leave by these logs "
+               "(1.4): their noise is measured too large (motion passes for it), and whether more is missing is "
+               "not told by it; no effect that was tried reduces it by enough, or with enough certainty, to be "
+               "named."));
 }
 
 TEST(RealSentence, SaysWhatTheWorstStartsHaveInCommon) {

@@ -160,9 +160,38 @@ TEST(Delays, AreLookedForWhereTheMapLeavesThemOpen) {
       wandering([](double t, std::size_t, auto& row, auto&, auto& rate_at, auto&) { row[5] = rate_at(t - 0.31); });
   LogMap map;
   map.channel[Channel::yaw_rate].emplace().delay = 0.1;
-  EXPECT_EQ(stated_or_found_delays(map, file)[3], 0.1);
+  EXPECT_EQ(delays_to_take_off(map, file).seconds[3], 0.1);
   map.channel[Channel::yaw_rate]->delay.reset();
-  EXPECT_NEAR(stated_or_found_delays(map, file)[3], 0.31, 0.01);
+  const DelaysToTakeOff found = delays_to_take_off(map, file);
+  EXPECT_NEAR(found.seconds[3], 0.31, 0.01);
+  EXPECT_TRUE(found.remarks.empty());
+}
+
+/// What --guess asks for of a log without delays: an estimate within its own uncertainty would make the log late. And
+/// one of a sixth of a sample, however certain.
+TEST(Delays, ThatAreNotToldFromZeroAreNotTakenOff) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  LogMap map;
+  for (const std::size_t c : {Channel::x, Channel::y, Channel::yaw, Channel::vx, Channel::yaw_rate})
+    map.channel[c].emplace().delay.reset();
+  SessionFile file;
+  file.row_step = 0.05;
+  file.session = wandering(
+      [&](double t, std::size_t, auto& row, auto&, auto& rate_at, auto& speed_at) {
+        row[5] = rate_at(t - 0.008);
+        row[3] = speed_at(t) + 0.1 * normal(random);
+        row[0] += 0.05 * normal(random), row[1] += 0.05 * normal(random);
+      },
+      100.0, 0.05);
+  const DelaysToTakeOff found = delays_to_take_off(map, file);
+  EXPECT_EQ(found.seconds[3], 0.0);
+  EXPECT_THAT(found.remarks,
+              testing::Contains(testing::AllOf(testing::StartsWith("yaw_rate: a delay of 0.0"),
+                                               testing::EndsWith(" against yaw is not told from 0: none taken off"))));
+  EXPECT_TRUE(found.seconds[2] == 0.0 || std::isnan(found.seconds[2])) << found.seconds[2];
+  map.channel[Channel::yaw]->delay = 0.2;
+  EXPECT_EQ(delays_to_take_off(map, file).seconds[3], 0.2) << "that of the heading itself";
 }
 
 TEST(Delays, NothingIsSaidOfWhatDoesNotBelongTogether) {

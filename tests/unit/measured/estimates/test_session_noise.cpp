@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "support/noisy_channel.hpp"
 
 namespace gripline::measured {
@@ -47,6 +49,31 @@ TEST(SessionNoise, OfAChannelOfFewRowsIsThatOfItsReadings) {
   EXPECT_FALSE(found([](std::size_t k) { return k % 25 == 0; })) << "what moves within a second is no noise";
   EXPECT_FALSE(found([](std::size_t k) { return k % 25 == 0 || k % 60 == 7; })) << "nor within uneven ones";
   EXPECT_FALSE(found([](std::size_t k) { return k % 200 == 0; })) << "too few";
+}
+
+/// The noisy channel of a car at 20 m/s that is read at times that jitter, or read evenly and stamped so.
+std::optional<Noise> at_uneven_times(double colour, bool read_then) {
+  Session s;
+  s.reading = noisy(colour);
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> jitter(-0.15, 0.15);
+  double t = 0.0;
+  for (std::size_t k = 0; k < samples; ++k) {
+    s.t.push_back(read_then ? t : (static_cast<double>(k) + jitter(random)) * sample_time);
+    s.reading[k * channels + read_channel] += 20.0 * (read_then ? t : static_cast<double>(k) * sample_time);
+    t += (1.0 + jitter(random)) * sample_time;
+  }
+  return noise_of(s, read_channel, sample_time);
+}
+
+TEST(SessionNoise, MotionBetweenUnevenRowsIsNoNoise) {
+  for (const double colour : {0.0, 0.3})
+    for (const bool read_then : {true, false}) {
+      const auto noise = at_uneven_times(colour, read_then);
+      ASSERT_TRUE(noise);
+      EXPECT_NEAR(noise->colour, colour, 0.15) << read_then;
+      EXPECT_NEAR(noise->sigma, sigma, 0.25 * sigma) << colour << ' ' << read_then;
+    }
 }
 
 }  // namespace test_session_noise

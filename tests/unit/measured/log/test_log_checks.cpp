@@ -64,6 +64,19 @@ TEST(LogChecks, UnitsThatAgreeAreSaidToBePlausible) {
   EXPECT_EQ(health[0].done, "plausible");
 }
 
+/// Axes by turns: no unit, and not only a frame of the other hand.
+TEST(LogChecks, ChannelsThatAreSwappedAreTold) {
+  std::vector<Finding> health;
+  const auto why_swapped = [&](std::size_t a, std::size_t b) {
+    RawLog raw = circling(0.02);
+    for (std::size_t i = 0; i < raw.size(); ++i) std::swap(raw.at(i, a), raw.at(i, b));
+    return why_refused([&](const CsvTable& table) { check_units(table, raw, {.v_ref = 8.0}, health); });
+  };
+  EXPECT_THAT(why_swapped(Channel::vx, Channel::vy), HasSubstr("times: vx_mps and vy_mps look swapped"));
+  EXPECT_THAT(why_swapped(Channel::x, Channel::y),
+              HasSubstr("the frame seems to be left-handed, or x_m and y_m are swapped; expected y to the left of x"));
+}
+
 /// Places are read in the first half of a log, all else in the second: nothing can be compared but commands with their
 /// limits.
 TEST(LogChecks, ChannelsThatAreNeverReadTogetherAreTakenOnTrust) {

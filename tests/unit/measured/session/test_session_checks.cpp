@@ -168,6 +168,61 @@ TEST(SessionChecks, ACarThatSpinsIsNoWrongYaw) {
   EXPECT_THAT(why(stuck, map_of(channels_json(""))), HasSubstr("do not belong together")) << "a yaw that stands still";
 }
 
+/// The weaving car with channels by turns, through this map of them.
+std::string why_of_axes(const char* x, const char* y, const char* vx, const char* vy, double across = 0.0) {
+  const auto log = log_of("t,px,py,psi,v,side,steer", [=](std::ostream& out, double t, double px, double py, double psi,
+                                                          double, double delta) {
+    out << t << ',' << px << ',' << py << ',' << psi << ",10," << across * std::sin(0.8 * t) << ',' << delta << '\n';
+  });
+  std::string text = R"({"time": "t", "channels": {"yaw": "psi", "delta": "steer", "x": ")";
+  text.append(x).append(R"(", "y": ")").append(y).append(R"(", "vx": ")").append(vx).append(R"(", "vy": ")");
+  return why(log, map_of(text.append(vy).append(R"("}})")));
+}
+
+TEST(SessionChecks, ChannelsThatAreSwappedAreTold) {
+  EXPECT_EQ(why_of_axes("px", "py", "v", "side"), "fine");
+  EXPECT_THAT(why_of_axes("py", "px", "v", "side"),
+              AllOf(HasSubstr("is always 90 deg"), HasSubstr("y points to the right, or x and y are swapped")));
+  EXPECT_THAT(why_of_axes("px", "-py", "v", "side"),
+              AllOf(HasSubstr("y points to the right"), testing::Not(HasSubstr("swapped"))));
+  // Of a car that hardly slides, the forward speed would be that of a parked one; else centimetres are near.
+  for (const double across : {0.05, 0.2, 2.0}) {
+    EXPECT_THAT(why_of_axes("px", "py", "side", "v", across), HasSubstr("vx and vy look swapped")) << across;
+    EXPECT_EQ(why_of_axes("px", "py", "v", "side", across), "fine") << across;
+  }
+}
+
+/// What no log shows, but a world does: how far its wheels turn.
+TEST(SessionChecks, TheAngleOfASteeringWheelIsTold) {
+  const SessionFile file = read_session(own_log(), map_of(channels_json("")));  // steers by 0.156 rad
+  EXPECT_NO_THROW(check_session(file, 10.0));
+  EXPECT_NO_THROW(check_session(file, 10.0, 0.12)) << "a little beyond is an error of calibration";
+  try {
+    check_session(file, 10.0, 0.02);
+    FAIL() << "accepted";
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("and the world's delta_max is 0.02: it looks like the angle of the steering "
+                                          "wheel"),
+                                HasSubstr("divide by the steering ratio")));
+  }
+}
+
+/// Ten half seconds that overlap by half are 2.75 s: what the message says, and not the 5 s of other readers.
+TEST(SessionChecks, AShortLogIsToldHowMuchIsNeeded) {
+  const auto lasting = [](double seconds) {
+    return log_of(
+        "t,px,py,psi,v,r,steer",
+        [](std::ostream& out, double t, double x, double y, double yaw, double rate, double delta) {
+          out << t << ',' << x << ',' << y << ',' << yaw << ",10," << rate << ',' << delta << '\n';
+        },
+        seconds);
+  };
+  const LogMap map = map_of(channels_json(""));
+  EXPECT_EQ(why(lasting(3.1), map), "fine");
+  EXPECT_THAT(why(lasting(2.0), map),
+              AllOf(HasSubstr("half seconds with a speed or a way"), HasSubstr("10 are needed")));
+}
+
 /// A compass in degrees from which a formula takes a yaw in radians belongs to no path.
 TEST(SessionChecks, ACompassInDegreesThatWasTakenForRadiansIsAskedFor) {
   const auto compass = log_of("t,px,py,psi,v,r,steer", [](std::ostream& out, double t, double x, double y, double yaw,

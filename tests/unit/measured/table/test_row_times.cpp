@@ -57,6 +57,11 @@ TEST(RowTimes, RowsOfAGoodLogStayAsTheyAre) {
   EXPECT_EQ(said, "");
 }
 
+TEST(RowTimes, TooFewRowsAreToldHowManyAreNeeded) {
+  EXPECT_EQ(why(every(0.2, 20)), "fine");
+  EXPECT_NE(why(every(0.2, 19)).find("only 19 rows with a time; expected 20 or more"), std::string::npos);
+}
+
 TEST(RowTimes, RowsWithoutATimeAreLeftOut) {
   std::vector<double> time = every(0.1, 30);
   time[3] = time[29] = none;
