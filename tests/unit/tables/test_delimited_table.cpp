@@ -1,4 +1,4 @@
-#include "measured/table/delimited_table.hpp"
+#include "tables/delimited_table.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include "config/errors.hpp"
 #include "support/scratch.hpp"
 
-namespace gripline::measured {
+namespace gripline {
 namespace test_delimited_table {
 
 using testing::ElementsAre;
@@ -180,4 +180,4 @@ TEST(DelimitedTable, ReadsWindows1252) {
 }
 
 }  // namespace test_delimited_table
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -1,4 +1,4 @@
-#include "measured/table/column_names.hpp"
+#include "tables/column_names.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -9,7 +9,7 @@
 
 #include "config/units.hpp"
 
-namespace gripline::measured {
+namespace gripline {
 namespace {
 
 /// What loggers call a channel, best first; compared in lower case without blanks and signs.
@@ -223,4 +223,4 @@ bool is_channel_name(std::string_view name) {
   });
 }
 
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace gripline::measured {
+namespace gripline {
 
 struct DelimitedTable {
   /// Cells of a column in which something stands that is not a number.
@@ -41,4 +41,4 @@ struct DelimitedTable {
 /// Throws InputError: no such file, not a text, no row of numbers, no header.
 DelimitedTable read_delimited(const std::filesystem::path& file);
 
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -1,4 +1,4 @@
-#include "measured/table/delimited_table.hpp"
+#include "tables/delimited_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@
 
 #include "config/files.hpp"
 #include "config/units.hpp"
-#include "measured/table/cell_value.hpp"
-#include "measured/table/refuse_file.hpp"
-#include "measured/table/text_encoding.hpp"
+#include "tables/cell_value.hpp"
+#include "tables/refuse_file.hpp"
+#include "tables/text_encoding.hpp"
 
-namespace gripline::measured {
+namespace gripline {
 namespace {
 
 struct Line {
@@ -368,4 +368,4 @@ DelimitedTable read_delimited(const std::filesystem::path& file) {
   return std::move(reader.table);
 }
 
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace gripline::measured {
+namespace gripline {
 
 /// In lower case, without blanks and signs.
 std::string plain_name(std::string_view name);
@@ -32,4 +32,4 @@ std::string unit_at_end(std::string_view name, const char* kind);
 /// Whether a column of this name would be looked at for a channel (not for the time).
 bool is_channel_name(std::string_view name);
 
-}  // namespace gripline::measured
+}  // namespace gripline

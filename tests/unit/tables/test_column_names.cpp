@@ -1,8 +1,8 @@
-#include "measured/table/column_names.hpp"
+#include "tables/column_names.hpp"
 
 #include <gtest/gtest.h>
 
-namespace gripline::measured {
+namespace gripline {
 namespace test_column_names {
 
 TEST(ColumnNames, TheLastWordsOfAPathCount) {
@@ -51,4 +51,4 @@ TEST(ColumnNames, ACourseIsNoHeading) {
 }
 
 }  // namespace test_column_names
-}  // namespace gripline::measured
+}  // namespace gripline
