@@ -157,6 +157,13 @@ TEST(DelimitedTable, RefusesWhatIsNoTable) {
   EXPECT_THAT(why("1,2\n3,4\n5,6\n"), HasSubstr("no header line"));
 }
 
+TEST(DelimitedTable, LinesOfTheHeaderAndOfTheFirstRowOfAnotherLengthAreKept) {
+  const auto t = read("a logger\n\nt,x,y\n1,2,3\n1,2,3,4\n1,2,3\n1,2,3,4\n" + rows("1,2,3\n", 6));
+  EXPECT_EQ(t.header_line, 3);
+  EXPECT_EQ(t.other_length, 5);
+  EXPECT_EQ(read("t,x\n" + rows("1,2\n", 6)).other_length, 0);
+}
+
 /// What import writes of a bag has names of array elements.
 TEST(DelimitedTable, ANumberInABracketIsAnElementAndNoUnit) {
   const auto t = read("time,/joints.position[3],/joints.speed[m/s]\n0,1,2\n1,2,3\n2,3,4\n");
