@@ -20,8 +20,8 @@ struct RoadColumns {
   std::string instead_of_widths;     ///< which other columns may be widths, for a message; empty: none, or it has some
 };
 
-/// Reads a table in text (tables/delimited_table.hpp: any separator, decimal commas, a row of units) by the names of its
-/// columns, in any case, with units at their ends, in brackets or in a row (x_m, X (ft)):
+/// Reads a table in text (tables/delimited_table.hpp: any separator, decimal commas) by the names of its columns, in any
+/// case, with units at their ends, in brackets or in a row of their own (x_m, X (ft)):
 ///   places       x and y, east and north, easting and northing, pose.position.x and .y: metres without a unit;
 ///                else lat and lon, latitude and longitude: degrees without a unit
 ///   heights      z, ele, elevation, alt, altitude: metres without a unit
