@@ -179,7 +179,7 @@ void import_log(std::string_view bytes) {
       read = measured::load_log_map(map);
     } else {
       Errors errors;
-      const Node guessed = measured::guess_map(measured::read_delimited(table)).map;
+      const Node guessed = measured::guess_map(read_delimited(table)).map;
       read = measured::read_log_map(parse_text(to_json_text(guessed), table.string()), errors);
       errors.throw_if_any();
     }

@@ -6,8 +6,8 @@
 #include <iomanip>
 #include <sstream>
 
-#include "measured/table/delimited_table.hpp"
 #include "support/race_program.hpp"
+#include "tables/delimited_table.hpp"
 #include "util/csv.hpp"
 
 namespace gripline {
@@ -34,7 +34,7 @@ class ModelsAndLogs : public RaceProgram {
 TEST_F(ModelsAndLogs, PredictComparesAWorldWithModelsThatKnowNothing) {
   const Outcome predicted = gripline_with({"predict", world, log(), "--horizon", "0.1", "--out", folder_ / "p.csv"});
   EXPECT_EQ(predicted.code, 0) << predicted.err;
-  EXPECT_EQ(measured::read_delimited(folder_ / "p.csv").rows(), 4u);  // three that know nothing, and this world
+  EXPECT_EQ(read_delimited(folder_ / "p.csv").rows(), 4u);  // three that know nothing, and this world
 }
 
 TEST_F(ModelsAndLogs, AFitIsWrittenIntoTheCurrentFolder) {
@@ -60,7 +60,7 @@ TEST_F(ModelsAndLogs, AClockThatCountsFrom1970ChangesNoError) {
       {"predict", world, folder_ / "later.csv", "--horizon", "0.1,0.3", "--samples", folder_ / "samples.csv"});
   EXPECT_EQ(moved.code, 0) << moved.err;
   EXPECT_EQ(moved.out.substr(0, moved.out.find("samples:")), own.out);
-  const auto samples = measured::read_delimited(folder_ / "samples.csv");
+  const auto samples = read_delimited(folder_ / "samples.csv");
   EXPECT_GE(samples.column[static_cast<std::size_t>(samples.find("start_s"))].front(), 1712345678.0);
 }
 
@@ -74,7 +74,7 @@ TEST_F(ModelsAndLogs, CommandsAreHeldAsTheWorldHoldsThem) {
       {"predict", world, log(), "--horizon", "0.1", "--map", folder_ / "linear.json", "--out", folder_ / "linear.csv"});
   EXPECT_EQ(linear.code, 0) << linear.err;
   const auto error_of = [&](const char* file) {
-    const auto table = measured::read_delimited(folder_ / file);
+    const auto table = read_delimited(folder_ / file);
     return table.column[static_cast<std::size_t>(table.find("yaw_rate_radps"))].back();
   };
   EXPECT_LT(error_of("p.csv"), 0.7 * error_of("linear.csv"));
@@ -88,7 +88,7 @@ struct Displacement {
 
 /// From the samples that predict wrote, three of each start, and the log (a row every 0.02 s).
 Displacement displacement_of(const fs::path& samples_file, const std::string& log, double slowest) {
-  const auto samples = measured::read_delimited(samples_file);
+  const auto samples = read_delimited(samples_file);
   const CsvTable rows = read_csv(log);
   const auto x = rows.column("x_m"), y = rows.column("y_m"), vx = rows.column("vx_mps"), t = rows.column("t_s");
   const auto row_at = [&](double time) { return static_cast<std::size_t>(std::lround((time - t[0]) / 0.02)); };

@@ -60,6 +60,34 @@ TEST_F(CliTrack, ACarWhoseCornersLeaveTheRoadDoesNotSimplyDriveIt) {
                                  HasSubstr("one is 0.35 m outside at s = "), Not(HasSubstr("drives it"))));
 }
 
+TEST_F(CliTrack, AScaleIsANumberOrARatio) {
+  const std::string road = fixture_dir() / "tracks/oval.csv";
+  EXPECT_THAT(gripline_with({"track", road, "--scale", "1/43"}).err, HasSubstr("expected a number above 0, or 1:43"));
+}
+
+/// A road of 580 m in a survey's file, and the same as one in kilometres that does not say so.
+TEST_F(CliTrack, ASurveysTableIsReadAndAnImplausibleSizeIsWarnedOf) {
+  const auto survey = [](const std::string& header, double metre) {
+    std::string text = header + "\n";
+    for (int i = 0; i < 100; ++i) {
+      for (const double value : {92 * std::cos(0.0628318531 * i), 92 * std::sin(0.0628318531 * i), 4.0, 4.0})
+        text += std::to_string(metre * value) + ";";
+      text.back() = '\n';
+    }
+    return text;
+  };
+  write_text(folder_ / "feet.csv", survey("East (ft);North (ft);Width right [ft];Width left [ft]", 1 / 0.3048));
+  const Outcome feet = gripline_with({"track", folder_ / "feet.csv"});
+  EXPECT_EQ(feet.code, 0) << feet.err;
+  EXPECT_THAT(feet.out, HasSubstr("8 to 8 m"));
+  EXPECT_THAT(feet.err, AllOf(HasSubstr("columns separated by semicolons"), HasSubstr("x from East (ft), "),
+                              Not(HasSubstr("warning"))));
+  write_text(folder_ / "small.csv", survey("x;y;right;left", 1e-3));
+  const Outcome small = gripline_with({"track", folder_ / "small.csv"});
+  EXPECT_THAT(small.err, AllOf(HasSubstr("warning: "), HasSubstr("are its numbers kilometres?")));
+  EXPECT_THAT(gripline_with({"track", folder_ / "small.csv", "--scale", "1000"}).err, Not(HasSubstr("warning")));
+}
+
 TEST_F(CliTrack, TrackMakesFoldersAndTakesUnits) {
   write_text(folder_ / "line.csv", [] {
     std::string text = "x_m,y_m\n";

@@ -5,9 +5,9 @@
 
 #include <fstream>
 
-#include "measured/table/delimited_table.hpp"
 #include "support/paths.hpp"
 #include "support/program.hpp"
+#include "tables/delimited_table.hpp"
 #include "util/csv.hpp"
 
 namespace gripline {
@@ -141,7 +141,7 @@ TEST_F(DiagnoseProgram, HeldOutLogsMeasureTheGapAndTheAugmentedWorldPredicts) {
     const Outcome predicted = gripline_with({"predict", world, (one / "heldout.csv").string(), "--track",
                                              track_of(one).string(), "--out", in(name).string()});
     EXPECT_EQ(predicted.code, 0) << predicted.err;
-    const auto table = measured::read_delimited(in(name));
+    const auto table = read_delimited(in(name));
     return table.column[static_cast<std::size_t>(table.find("position_m"))].back();
   };
   EXPECT_LT(error(augmented, "after.csv"), 0.2 * error(worlds + "diagnose_rc43.json", "before.csv"));

@@ -12,10 +12,10 @@
 #include "bags/bag_table.hpp"
 #include "bags/open_bag.hpp"
 #include "config/errors.hpp"
-#include "measured/table/delimited_table.hpp"
 #include "support/bag_writing.hpp"
 #include "support/paths.hpp"
 #include "support/program.hpp"
+#include "tables/delimited_table.hpp"
 #ifdef GRIPLINE_SQLITE
 #include <sqlite3.h>
 #endif
@@ -207,7 +207,7 @@ class ImportBags : public testing::Test {
   }
   /// The log that import wrote, against the car that was recorded.
   void expect_the_car() const {
-    const measured::DelimitedTable t = measured::read_delimited(folder_ / "out.csv");
+    const DelimitedTable t = read_delimited(folder_ / "out.csv");
     ASSERT_EQ(t.rows(), 801u);
     const auto at = [&](const char* name, std::size_t row) {
       return t.column.at(static_cast<std::size_t>(t.find(name)))[row];

@@ -7,10 +7,10 @@
 #include <functional>
 #include <sstream>
 
-#include "measured/table/delimited_table.hpp"
 #include "support/calibrate_rig.hpp"
 #include "support/program.hpp"
 #include "support/reference_data.hpp"
+#include "tables/delimited_table.hpp"
 
 namespace gripline {
 namespace test_real_cars {
@@ -22,7 +22,6 @@ using testing::StartsWith;
 using namespace testing_support;
 namespace fs = std::filesystem;
 using measured::channels;
-using measured::DelimitedTable;
 using measured::Session;
 using test::small_car_world;
 
@@ -86,7 +85,7 @@ class RealCars : public testing::Test {
     const Outcome outcome = gripline_with(
         {"predict", with, log, "--map", map(), "--horizon", "1", "--every", "0.2", "--samples", in(samples)});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
-    return measured::read_delimited(in(samples));
+    return read_delimited(in(samples));
   }
 
   static constexpr const char* another_car =
@@ -255,7 +254,7 @@ TEST_F(RealCars, PredictionsStartAtTheNextGoodRowAndOutliersAreNoErrors) {
   EXPECT_THAT(none.err, HasSubstr("no start with a reading of vx of 100 m/s or more"));
 
   EXPECT_EQ(predict("log.csv", {}).code, 0);
-  const DelimitedTable before = measured::read_delimited(in("errors.csv"));
+  const DelimitedTable before = read_delimited(in("errors.csv"));
   s = drive("log.csv", "{}", {.seconds = 30, .noise = 1});
   s.reading[500 * channels] = 1e300;  // in the row of a start
   s.reading[757 * channels] = 1e300;  // between two
@@ -264,7 +263,7 @@ TEST_F(RealCars, PredictionsStartAtTheNextGoodRowAndOutliersAreNoErrors) {
   EXPECT_EQ(far.code, 0) << far.err;
   EXPECT_THAT(far.err, HasSubstr("outliers: 2 readings"));
   EXPECT_THAT(far.out, Not(HasSubstr("inf")));
-  const DelimitedTable after = measured::read_delimited(in("errors.csv"));
+  const DelimitedTable after = read_delimited(in("errors.csv"));
   ASSERT_EQ(after.rows(), before.rows());
   for (std::size_t r = 0; r < after.rows(); ++r)
     EXPECT_NEAR(after.column[3][r], before.column[3][r], 0.05 * before.column[3][r]) << r;
@@ -276,7 +275,7 @@ TEST_F(RealCars, PlacesThatJumpThereAndBackAreNoErrors) {
   const auto error_of_place = [&](const std::string& log) {
     const Outcome outcome = gripline_with({"predict", world(), in(log), "--map", map(), "--out", in("errors.csv")});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
-    const DelimitedTable errors = measured::read_delimited(in("errors.csv"));
+    const DelimitedTable errors = read_delimited(in("errors.csv"));
     return std::pair(errors.column[3].back(), outcome.err);
   };
   const double clean = error_of_place("log.csv").first;
@@ -389,7 +388,7 @@ TEST_F(RealCars, ASweepOverMeasuredLogsHasTheNumbersOfTheExperiment) {
   const Outcome swept =
       gripline_with({"sweep", in("logs.json"), "--set", "/every=\"0.5 s\",\"1 s\"", "-j", "2", "--out", in("many")});
   ASSERT_EQ(swept.code, 0) << swept.err << contents(in("many/missing.csv"));
-  const DelimitedTable table = measured::read_delimited(in("many/table.csv"));
+  const DelimitedTable table = read_delimited(in("many/table.csv"));
   ASSERT_EQ(table.rows(), 2u);
   const auto fitted = std::find(table.name.begin(), table.name.end(), "fitted.position_m");
   ASSERT_NE(fitted, table.name.end()) << contents(in("many/table.csv"));

@@ -19,7 +19,7 @@ inline measured::Guess guess_of_columns(const std::string& header) {
   for (int k = 0; k < 100; ++k)
     for (int c = 0; c < columns; ++c) out << 0.01 * k << (c + 1 < columns ? ',' : '\n');
   out.close();
-  return measured::guess_map(measured::read_delimited(file));
+  return measured::guess_map(read_delimited(file));
 }
 
 }  // namespace gripline::test

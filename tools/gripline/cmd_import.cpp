@@ -22,7 +22,7 @@
 #include "measured/session/log_guess.hpp"
 #include "measured/session/session_checks.hpp"
 #include "measured/session/session_windows.hpp"
-#include "measured/table/delimited_table.hpp"
+#include "tables/delimited_table.hpp"
 #include "util/whole_file.hpp"
 
 namespace gripline::tools {
@@ -66,7 +66,7 @@ void append_cell(std::string& line, double value) {
 }
 
 /// What the map reads of a bag, for commands that read tables with the same map.
-void write_table(const fs::path& file, const measured::DelimitedTable& table) {
+void write_table(const fs::path& file, const DelimitedTable& table) {
   std::string out;
   for (const std::string& name : table.name) out += name + ',';
   out.back() = '\n';
@@ -79,8 +79,7 @@ void write_table(const fs::path& file, const measured::DelimitedTable& table) {
 }
 
 int guess(const fs::path& log, const po::variables_map& given, OpenBag open) {
-  const measured::Guess guessed =
-      is_bag(log) ? bags::guess_map(*open(log)) : measured::guess_map(measured::read_delimited(log));
+  const measured::Guess guessed = is_bag(log) ? bags::guess_map(*open(log)) : measured::guess_map(read_delimited(log));
   const std::string text = to_json_text(guessed.map);
   if (const auto named = text_of(given, "out")) {
     const fs::path out = *named;
@@ -140,7 +139,7 @@ int import_log(Arguments args, OpenBag open) {
   inputs.push_back(out.string());
   if (table_file) require_writable("--table", *table_file, inputs);
 
-  measured::DelimitedTable table = bag ? bags::read_table(*open(log), map) : measured::read_delimited(log);
+  DelimitedTable table = bag ? bags::read_table(*open(log), map) : read_delimited(log);
   if (table_file) write_table(*table_file, table);
   const measured::SessionFile file = measured::read_session(std::move(table), map);
   const double v_ref = (*given)["v-ref"].as<double>();

@@ -15,12 +15,14 @@
 #include "geometry/place_text.hpp"
 #include "geometry/racing_line.hpp"
 #include "geometry/road_reading.hpp"
+#include "geometry/road_size.hpp"
 #include "geometry/road_smoothing.hpp"
 #include "geometry/road_table.hpp"
 #include "geometry/track_checks.hpp"
 #include "geometry/track_file.hpp"
 #include "gripline/command.hpp"
 #include "gripline/track_picture.hpp"
+#include "gripline/validate_file.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 #include "util/whole_file.hpp"
@@ -41,7 +43,9 @@ double scale_option(const po::variables_map& given) {
   const auto text = text_of(given, "scale");
   if (!text) return 1.0;
   const std::size_t colon = text->find(':');
-  const auto number = [](const std::string& one) { return quantity_of("--scale", one, {"", "a number above 0"}); };
+  const auto number = [](const std::string& one) {
+    return quantity_of("--scale", one, {"", "a number above 0, or 1:43"});
+  };
   return colon == std::string::npos ? number(*text) : number(text->substr(0, colon)) / number(text->substr(colon + 1));
 }
 
@@ -308,6 +312,7 @@ int run_track(Arguments args) {
   try {
     const Prepared prepared = prepared_road(*given, words);
     const RoadTable& road = prepared.road;
+    if (std::string warning = warning_of_size(road); !warning.empty()) print_warnings(words.front(), {warning});
     const Track track = make_track(prepared, words);
     tell(track, road);
     if (picture) write_file(*picture, picture_of(track));

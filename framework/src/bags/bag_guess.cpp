@@ -6,7 +6,7 @@
 
 #include "bags/bag_table.hpp"
 #include "config/errors.hpp"
-#include "measured/table/column_names.hpp"
+#include "tables/column_names.hpp"
 
 namespace gripline::bags {
 namespace {
@@ -71,7 +71,7 @@ void add_by_name(const BagFile& bag, const Topic& topic, const Definitions& othe
     for (const std::string& path : number_paths(schema_of(bag, topic, others), 0, most_paths)) {
       const std::string member = last_part(path, '.');
       const std::string word = member == "data" ? last_part(topic.name, '/') : member;
-      if (word.size() > 1 && measured::is_channel_name(word)) to.add(topic, path, word);
+      if (word.size() > 1 && is_channel_name(word)) to.add(topic, path, word);
     }
   } catch (const InputError&) {
     to.unknown.push_back(topic.name + " (" + short_type(topic.type) + ")");
@@ -126,7 +126,7 @@ measured::Guess guess_map(BagFile& bag) {
   if (candidates.column.empty())
     throw InputError({Diagnostic{
         bag.file().string(), 0, 0, "", "no topic looks like a motion or a command of a car; found " + there, {}}});
-  measured::DelimitedTable table = read_table(bag, candidates.column, {}, most_numbers);
+  DelimitedTable table = read_table(bag, candidates.column, {}, most_numbers);
   table.meaning = candidates.meaning;
   measured::Guess guess = measured::guess_map(table);
   Node options = Node::empty_object();

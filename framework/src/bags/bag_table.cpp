@@ -15,7 +15,6 @@
 namespace gripline::bags {
 namespace {
 
-using measured::DelimitedTable;
 using Values = std::vector<double>;
 
 constexpr std::int64_t near_clock = 10'000'000'000;  // [ns] stamps farther from the time of recording: another clock

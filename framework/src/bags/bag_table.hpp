@@ -7,7 +7,7 @@
 
 #include "bags/bag_file.hpp"
 #include "measured/session/log_map.hpp"
-#include "measured/table/delimited_table.hpp"
+#include "tables/delimited_table.hpp"
 
 namespace gripline::bags {
 
@@ -28,15 +28,15 @@ struct Wanted {
 /// [numbers]; said in the table's `found`.
 /// Throws InputError: unknown topics and members (with the nearest name), a topic of a type that nobody defines,
 /// messages that are not what their type says.
-measured::DelimitedTable read_table(BagFile& bag, const std::vector<Wanted>& wanted,
-                                    const measured::BagOptions& options, std::size_t most_numbers = SIZE_MAX);
+DelimitedTable read_table(BagFile& bag, const std::vector<Wanted>& wanted, const measured::BagOptions& options,
+                          std::size_t most_numbers = SIZE_MAX);
 
 /// What a map's formulas name in backquotes, each column once. Throws InputError when one column is wanted held and
 /// linear.
 std::vector<Wanted> wanted_by(const measured::LogMap& map);
 
 /// The table that a map reads.
-measured::DelimitedTable read_table(BagFile& bag, const measured::LogMap& map);
+DelimitedTable read_table(BagFile& bag, const measured::LogMap& map);
 
 /// Definitions that a bag's own lacks: common ones, and those of the folder that the options name.
 Definitions definitions_for(const measured::BagOptions& options);

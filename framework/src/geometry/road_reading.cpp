@@ -97,7 +97,7 @@ RoadTable from_trace(const fs::path& file, const RoadReading& reading, std::vect
     refuse(file,
            "has no widths (w_tr_right_m,w_tr_left_m); expected --width METRES beside a trace, or the files of both "
            "edges" +
-               (trace.remarks.empty() ? "" : "; " + trace.remarks.front()));
+               trace.instead_of_widths);
   if (!trace.grade.empty() && !trace.height.empty()) {
     remarks.push_back("heights are left out: grade_rad says how it slopes");
     trace.height.clear();
@@ -147,9 +147,11 @@ RoadTable from_shape(const TrackShape& shape) {
   return road;
 }
 
-/// Whether a CSV has the centre line and both edges, by its first line.
+/// Whether a CSV has the centre line and both edges, by its first lines.
 bool has_three_lines(const fs::path& file) {
-  return lower_ending(file) == ".csv" && why_unreadable(file).empty() && read_csv(file).find("x_center_m") >= 0;
+  constexpr std::size_t first = 2000;  // bytes
+  return lower_ending(file) == ".csv" && why_unreadable(file).empty() &&
+         read_bytes(file).substr(0, first).find("x_center_m") != std::string::npos;
 }
 
 bool has_walls(const Track& track) {

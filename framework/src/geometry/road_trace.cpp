@@ -6,12 +6,12 @@
 #include <boost/property_tree/xml_parser.hpp>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <sstream>
+#include <utility>
 
 #include "config/errors.hpp"
 #include "config/files.hpp"
-#include "util/csv.hpp"
+#include "geometry/road_columns.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline {
@@ -26,48 +26,11 @@ constexpr double degree = std::numbers::pi / 180.0;
   throw InputError({Diagnostic{shown(file), line, line > 0 ? 1 : 0, {}, std::move(message), {}}});
 }
 
-/// The column of one of these names, which is told to `used`.
-std::optional<std::vector<double>> column(const CsvTable& table, std::initializer_list<const char*> names,
-                                          std::vector<std::string>& used) {
-  for (const char* name : names) {
-    if (table.find(name) < 0) continue;
-    used.emplace_back(name);
-    return table.column(name);
-  }
-  return std::nullopt;
-}
-
 void check_on_earth(const fs::path& file, int line, double latitude, double longitude) {
   if (std::abs(latitude) <= 89.0 && std::abs(longitude) <= 360.0) return;
   refuse(file, line,
          format("latitude %.6g and longitude %.6g: expected degrees, within 89 to the north or south", latitude,
                 longitude));
-}
-
-/// What a table has beside the columns that are `used`.
-std::vector<std::string> check_other_columns(const fs::path& file, const CsvTable& table, bool widths,
-                                             const std::vector<std::string>& used) {
-  static const std::vector<std::string> road{"x_m",      "y_m", "w_tr_right_m", "w_tr_left_m", "grade_rad",
-                                             "bank_rad", "z_m", "lat",          "lon",         "ele"};
-  static const std::vector<std::string> aliases{"x",       "y", "longitude", "lng", "lon_deg", "latitude",
-                                                "lat_deg", "z", "elevation", "alt", "altitude"};
-  std::string others;
-  for (const std::string& name : table.header) {
-    const auto among = [&](const std::vector<std::string>& known) {
-      return std::find(known.begin(), known.end(), name) != known.end();
-    };
-    const bool known = among(road) || among(aliases);
-    if (known && std::count(table.header.begin(), table.header.end(), name) > 1)
-      refuse(file, 1, "column \"" + name + "\" is there twice");
-    if (among(used)) continue;
-    const auto longer =
-        std::find_if(road.begin(), road.end(), [&](const std::string& one) { return one.starts_with(name + "_"); });
-    const std::string hint = longer != road.end() ? "; did you mean \"" + *longer + "\"?" : did_you_mean(name, road);
-    if (widths && !known) refuse(file, 1, "unknown column \"" + name + "\"" + hint);
-    others += (others.empty() ? "" : ",") + name;  // places and heights may be there under two names
-  }
-  if (others.empty()) return {};
-  return {"columns that are left out: " + escape_control(others)};
 }
 
 /// What a GPX file says of its points: each point's place, height where all have one.
@@ -233,46 +196,36 @@ std::array<double, 3> earth_centred(const PlanePoint& place) {
 }  // namespace
 
 RoadTrace read_csv_trace(const fs::path& file) {
-  const CsvTable table = read_csv(file);
+  RoadColumns table = read_road_columns(file);
   RoadTrace trace;
-  std::vector<std::string> used;
-  auto x = column(table, {"x_m", "x"}, used), y = column(table, {"y_m", "y"}, used);
-  if (!x || !y) {
-    used.clear();
-    x = column(table, {"lon", "longitude", "lng", "lon_deg"}, used);
-    y = column(table, {"lat", "latitude", "lat_deg"}, used);
-    trace.on_earth = true;
-  }
-  if (!x || !y) {
-    std::string names;
-    for (const std::string& name : table.header) names += (names.empty() ? "" : ",") + name;
-    refuse(file, 1, "expected columns x_m,y_m or lat,lon; found " + escape_control(names));
-  }
-  const auto height = column(table, {"z_m", "z", "ele", "elevation", "alt", "altitude"}, used);
-  const auto right = column(table, {"w_tr_right_m"}, used), left = column(table, {"w_tr_left_m"}, used);
-  const auto grade = column(table, {"grade_rad"}, used), bank = column(table, {"bank_rad"}, used);
-  if (right.has_value() != left.has_value()) refuse(file, 1, "w_tr_right_m and w_tr_left_m go together");
-  trace.remarks = check_other_columns(file, table, right.has_value(), used);
-  for (std::size_t i = 0; i < x->size(); ++i) {
-    if (trace.on_earth) check_on_earth(file, table.line[i], (*y)[i], (*x)[i]);
-    if (!(std::max(std::abs((*x)[i]), std::abs((*y)[i])) <= 1e8))
+  trace.on_earth = table.on_earth;
+  trace.remarks = std::move(table.remarks);
+  trace.instead_of_widths = std::move(table.instead_of_widths);
+  const bool widths = !table.right.empty();
+  for (std::size_t i = 0; i < table.x.size(); ++i) {
+    const double x = table.x[i], y = table.y[i];
+    if (trace.on_earth) check_on_earth(file, table.line[i], y, x);
+    if (!(std::max(std::abs(x), std::abs(y)) <= 1e8))
       refuse(file, table.line[i], "a point farther away than 100000000 m");
     const double unit = trace.on_earth ? degree : 1.0;
-    const PlanePoint at{unit * (*x)[i], unit * (*y)[i]};
+    const PlanePoint at{unit * x, unit * y};
     if (!trace.points.empty() && at.x == trace.points.back().x && at.y == trace.points.back().y) {
       // A logger at rest repeats points; in a table with widths a repeated point is a mistake.
-      if (right) refuse(file, table.line[i], "repeats the point of line " + std::to_string(table.line[i - 1]));
+      if (widths) refuse(file, table.line[i], "repeats the point of line " + std::to_string(table.line[i - 1]));
       continue;
     }
     trace.points.push_back(at);
     trace.line.push_back(table.line[i]);
-    if (height) trace.height.push_back((*height)[i]);
-    if (right && !((*right)[i] > 0.0 && (*left)[i] > 0.0))
+    if (widths && !(table.right[i] > 0.0 && table.left[i] > 0.0))
       refuse(file, table.line[i],
-             format("half widths of %.4g m (right) and %.4g m (left): expected more than 0", (*right)[i], (*left)[i]));
-    if (right) trace.right.push_back((*right)[i]), trace.left.push_back((*left)[i]);
-    if (grade) trace.grade.push_back((*grade)[i]);
-    if (bank) trace.bank.push_back((*bank)[i]);
+             format("half widths of %.4g m (right) and %.4g m (left): expected more than 0", table.right[i],
+                    table.left[i]));
+    for (const auto& [from, to] : {std::pair(&table.height, &trace.height),
+                                   {&table.right, &trace.right},
+                                   {&table.left, &trace.left},
+                                   {&table.grade, &trace.grade},
+                                   {&table.bank, &trace.bank}})
+      if (!from->empty()) to->push_back((*from)[i]);
   }
   return trace;
 }

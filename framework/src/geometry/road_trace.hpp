@@ -17,11 +17,12 @@ struct RoadTrace {
   std::vector<double> grade, bank;  ///< [rad]
   std::vector<int> line;            ///< of each point in its file, 0: unknown; empty: not from a file
   bool on_earth = false;
-  std::vector<std::string> remarks;  ///< what of the file is left out or made up, a line each
+  std::vector<std::string> remarks;  ///< how the file is read, what of it is left out or made up, a line each
+  std::string instead_of_widths;     ///< where it has none, which columns may be some, for a message; may be empty
 };
 
-/// A CSV with x_m,y_m or lat,lon and what RoadTrace has besides. Other columns are refused beside widths, as in a
-/// world's road, and else left out: loggers have many. Throws InputError with file, line and column.
+/// A table of places and what RoadTrace has besides, by the names of its columns (road_columns.hpp). Throws InputError
+/// with file and line.
 RoadTrace read_csv_trace(const std::filesystem::path& file);
 /// Track points of a GPX file, else its route points. Where a tenth of the points or less have no height, it is
 /// interpolated; where more have none, heights are left out. Throws InputError, also where a height is not a number.

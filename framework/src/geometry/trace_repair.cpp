@@ -173,15 +173,18 @@ void close_heights(RoadTrace& trace, std::vector<std::string>& remarks) {
   remarks.push_back(take_drift_off(trace.points, z, drift));
 }
 
-/// Drops a last point that repeats the first; the line must be closed then.
-void drop_closing_point(RoadTrace& trace, std::vector<std::string>& remarks) {
+/// Drops a last point that repeats the first; the line must be closed then, by a gap that `largest` allows.
+void drop_closing_point(RoadTrace& trace, double largest, std::vector<std::string>& remarks) {
   const std::size_t before = trace.points.size();
   const double gap = distance(trace.points.front(), trace.points.back());
   close_heights_at(trace, before - 1, remarks);
   try {
     drop_closing_point_and_check_closed(trace.points);
   } catch (const GeometryError& error) {
-    throw GeometryError(std::string(error.what()) + "; --close METRES closes it");
+    const std::string hint = largest > 0.0 && gap > largest
+                                 ? format("--close %.4g is less than that gap of %.4g m", largest, gap)
+                                 : std::string("--close METRES closes it");
+    throw GeometryError(error.what() + ("; " + hint));
   }
   if (trace.points.size() == before) return;
   keep_first(trace, trace.points.size());
@@ -199,7 +202,7 @@ void repair(RoadTrace& trace, const TraceRepair& how, std::vector<std::string>& 
   if (!how.surveyed) drop_stands(trace, how.width, remarks);
   if (how.width > 0.0) cut_after_a_lap(trace, how.width, how.surveyed, remarks);
   close_gap(trace, how.largest_gap, remarks);
-  drop_closing_point(trace, remarks);
+  drop_closing_point(trace, how.largest_gap, remarks);
   require_points(trace);
   if (std::string remark = remark_of_long_steps(trace.points, trace.line, how.width); !remark.empty())
     remarks.push_back(std::move(remark));

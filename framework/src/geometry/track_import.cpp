@@ -9,6 +9,7 @@
 #include "geometry/height_drift.hpp"
 #include "geometry/long_steps.hpp"
 #include "geometry/middle_line.hpp"
+#include "geometry/road_columns.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -52,14 +53,21 @@ std::vector<PlanePoint> points_of(const CsvTable& table, const char* x_name, con
   try {
     drop_closing_point_and_check_closed(points);
   } catch (const GeometryError& error) {
-    refuse(table, 0, error.what());
+    // It closes no three lines at once.
+    const bool closable = std::string_view(x_name) == "x_m";
+    refuse(table, 0, error.what() + std::string(closable ? "; gripline track --close METRES closes it" : ""));
   }
   require_enough(table, points.size());
   return points;
 }
 
-/// What roads as people have them say and this format does not.
-constexpr std::array<std::string_view, 7> columns_of_traces{"z_m", "lat", "lon", "ele", "latitude", "longitude", "z"};
+/// What to do about a column that a world's road has not: roads of others have it under this name, or it is misspelt.
+std::string hint_of_column(const CsvTable& table, const std::string& name, std::span<const std::string> known) {
+  const bool renamed = is_road_width(name) && nearest(name, known);
+  if (!is_road_column(name) || renamed) return did_you_mean(name, known);
+  const bool widths = std::ranges::any_of(table.header, is_road_width);
+  return format("; gripline track FILE.csv %s--out ROAD.json makes a road of it", widths ? "" : "--width METRES ");
+}
 
 void check_columns(const CsvTable& table, std::span<const std::string> known) {
   for (const std::string& name : table.header) {
@@ -67,12 +75,7 @@ void check_columns(const CsvTable& table, std::span<const std::string> known) {
       refuse(table, 1, "the first line must name the columns: x_m,y_m,w_tr_right_m,w_tr_left_m");
     }
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      const bool trace = std::ranges::find(columns_of_traces, name) != columns_of_traces.end();
-      refuse(table, 1,
-             "unknown column \"" + name + "\"" +
-                 (trace ? format("; gripline track FILE.csv %s--out ROAD.json makes a road of it",
-                                 table.find("w_tr_right_m") < 0 ? "--width METRES " : "")
-                        : did_you_mean(name, known)));
+      refuse(table, 1, "unknown column \"" + name + "\"" + hint_of_column(table, name, known));
     }
     if (std::count(table.header.begin(), table.header.end(), name) > 1)
       refuse(table, 1, "column \"" + name + "\" is there twice");

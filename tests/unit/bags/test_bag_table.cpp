@@ -14,7 +14,6 @@
 namespace gripline::bags {
 namespace test_bag_table {
 
-using measured::DelimitedTable;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;

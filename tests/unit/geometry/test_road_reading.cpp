@@ -25,7 +25,7 @@ TEST_F(RoadFiles, AFileWithoutRowsIsRefused) {
   write_file(metres, "x_m,y_m\n");
   write_file(degrees, "lat,lon\n");
   write_file(wide, "x_m,y_m,w_tr_right_m,w_tr_left_m\n");
-  const auto few = HasSubstr("has 0 points, a track needs at least 8");
+  const auto few = HasSubstr("no row of numbers; expected a header line and rows of numbers");
   for (const fs::path& file : {metres, degrees, wide}) {
     EXPECT_THAT(refusal([&] { read({file}, {.width = 12}); }), few);
     EXPECT_THAT(refusal([&] { read({ellipse(), file}); }), few);
@@ -130,13 +130,14 @@ TEST_F(RoadFiles, RadiansAreTold) {
   EXPECT_TRUE(remarks_.empty());
 }
 
-TEST_F(RoadFiles, WidthsUnderOtherNamesAreToldWhereWidthsAreMissing) {
-  const fs::path file = write("names.csv", "x_m,y_m,w_right_m,w_left_m", 100, [](int i) {
+TEST_F(RoadFiles, ColumnsThatMayBeWidthsAreToldWhereWidthsAreMissing) {
+  const fs::path file = write("names.csv", "x_m,y_m,w_tr_rigth_m,speed", 100, [](int i) {
     return std::vector{50 * std::cos(2 * pi * i / 100), 50 * std::sin(2 * pi * i / 100), 4.0, 4.0};
   });
   EXPECT_THAT(refusal([&] { read({file}); }),
               ::testing::AllOf(HasSubstr("has no widths (w_tr_right_m,w_tr_left_m)"),
-                               HasSubstr("columns that are left out: w_right_m,w_left_m")));
+                               HasSubstr("did you mean \"w_tr_right_m\" by \"w_tr_rigth_m\"?"),
+                               HasSubstr("columns that are left out: w_tr_rigth_m,speed")));
 }
 
 TEST_F(RoadFiles, EdgesThatCrossAreRefusedWithThePlace) {

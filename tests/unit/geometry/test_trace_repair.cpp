@@ -82,7 +82,9 @@ TEST(TraceRepair, ALoggerThatStandsBeforeItsLapsIsNoCourse) {
 TEST_F(RoadFiles, AnOpenLineIsClosedOnlyWhenAsked) {
   const fs::path open = ellipse(0.0, 0.93);
   EXPECT_THAT(refusal([&] { read({open}); }), HasSubstr("--close METRES closes it"));
-  EXPECT_THAT(refusal([&] { read({open}, {.largest_gap = 10.0}); }), HasSubstr("the line is open"));
+  EXPECT_THAT(refusal([&] { read({open}, {.largest_gap = 10.0}); }),
+              ::testing::AllOf(HasSubstr("the line is open"), HasSubstr("; --close 10 is less than that gap of "),
+                               ::testing::Not(HasSubstr("closes it"))));
   const RoadTable road = read({open}, {.largest_gap = 60.0});
   ASSERT_EQ(remarks_.size(), 1u);
   EXPECT_THAT(remarks_[0], HasSubstr("a gap of"));

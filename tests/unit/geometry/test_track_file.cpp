@@ -68,7 +68,8 @@ TEST(TrackFile, CsvFormsThatWork) {
 }
 
 TEST(TrackFile, CsvFormsThatAreRefused) {
-  EXPECT_THAT(file_refusal("open.csv"), HasSubstr("the line is open: its last point is"));
+  EXPECT_THAT(file_refusal("open.csv"), testing::AllOf(HasSubstr("the line is open: its last point is"),
+                                                       testing::EndsWith("; gripline track --close METRES closes it")));
   EXPECT_THAT(file_refusal("repeated_point.csv"), HasSubstr("repeated_point.csv:12:1: repeats the point of line 11"));
   EXPECT_THAT(file_refusal("too_few_points.csv"), HasSubstr("has 4 points, a track needs at least 8"));
   EXPECT_THAT(file_refusal("nan.csv"), HasSubstr("nan.csv:9:1: expected a finite number, found \"nan\""));
@@ -192,6 +193,7 @@ TEST(TrackFile, FormatsOfOtherToolsAreSentToGriplineTrack) {
   const std::filesystem::path folder = testing::TempDir();
   for (const auto& [name, text] : {std::pair{"gripline_heights.csv", "x_m,y_m,w_tr_right_m,w_tr_left_m,z_m\n"},
                                    {"gripline_earth.csv", "lat,lon,a,b,c\n"},
+                                   {"gripline_survey.csv", "easting,northing,right,left,id\n"},
                                    {"gripline_road.gpx", "<gpx/>\n"}}) {
     std::ofstream(folder / name) << text << (std::string_view(name).ends_with(".csv") ? "1,2,3,4,5\n" : "");
     EXPECT_THAT(refusal('"' + (folder / name).string() + '"'), HasSubstr("--out ROAD.json makes a road of it")) << name;

@@ -8,7 +8,7 @@
 
 #include "config/errors.hpp"
 #include "config/units.hpp"
-#include "measured/table/refuse_file.hpp"
+#include "tables/refuse_file.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {

@@ -6,8 +6,8 @@
 
 #include "measured/finding.hpp"
 #include "measured/session/log_map.hpp"
-#include "measured/table/delimited_table.hpp"
 #include "measured/table/formula.hpp"
+#include "tables/delimited_table.hpp"
 
 namespace gripline::measured {
 

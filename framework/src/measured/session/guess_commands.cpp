@@ -8,7 +8,7 @@
 #include "measured/readings/unit_checks.hpp"
 #include "measured/session/guess_heading.hpp"
 #include "measured/session/session_windows.hpp"
-#include "measured/table/column_names.hpp"
+#include "tables/column_names.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {

@@ -9,7 +9,7 @@
 #include "config/units.hpp"
 #include "measured/readings/held_readings.hpp"
 #include "measured/session/log_map.hpp"
-#include "measured/table/column_names.hpp"
+#include "tables/column_names.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 

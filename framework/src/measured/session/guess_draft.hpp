@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "config/node.hpp"
-#include "measured/table/delimited_table.hpp"
+#include "tables/delimited_table.hpp"
 
 namespace gripline::measured {
 

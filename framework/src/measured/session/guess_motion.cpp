@@ -9,8 +9,8 @@
 #include "config/units.hpp"
 #include "measured/readings/unit_checks.hpp"
 #include "measured/session/guess_heading.hpp"
-#include "measured/table/column_names.hpp"
 #include "measured/table/formula.hpp"
+#include "tables/column_names.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {

@@ -9,11 +9,11 @@
 #include "measured/session/channel_reader.hpp"
 #include "measured/session/log_clock.hpp"
 #include "measured/session/session_commands.hpp"
-#include "measured/table/delimited_table.hpp"
 #include "measured/table/earth_places.hpp"
 #include "measured/table/placeholder_places.hpp"
-#include "measured/table/refuse_file.hpp"
 #include "measured/table/row_times.hpp"
+#include "tables/delimited_table.hpp"
+#include "tables/refuse_file.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 

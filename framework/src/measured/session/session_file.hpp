@@ -7,7 +7,7 @@
 
 #include "measured/finding.hpp"
 #include "measured/session/log_map.hpp"
-#include "measured/table/delimited_table.hpp"
+#include "tables/delimited_table.hpp"
 
 namespace gripline::measured {
 

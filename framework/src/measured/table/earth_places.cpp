@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "measured/table/placeholder_places.hpp"
-#include "measured/table/refuse_file.hpp"
+#include "tables/refuse_file.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline::measured {

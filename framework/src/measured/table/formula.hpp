@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "measured/table/delimited_table.hpp"
+#include "tables/delimited_table.hpp"
 
 namespace gripline::measured {
 

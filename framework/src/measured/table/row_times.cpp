@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "measured/clock_steps.hpp"
-#include "measured/table/refuse_file.hpp"
+#include "tables/refuse_file.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 

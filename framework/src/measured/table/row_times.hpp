@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "measured/finding.hpp"
-#include "measured/table/delimited_table.hpp"
+#include "tables/delimited_table.hpp"
 
 namespace gripline::measured {
 

@@ -124,7 +124,7 @@ TEST(RealSessions, ALogWithoutAnythingToTellADelayByHasNone) {
 
 /// A log with the place and these channels alone.
 measured::SessionFile with_only(const measured::Session& all, std::initializer_list<std::size_t> read) {
-  measured::DelimitedTable table;
+  DelimitedTable table;
   table.name = {"t_s", "delta_rad"};
   table.column = {all.t, {}};
   for (const auto& command : all.command) table.column[1].push_back(command.delta);

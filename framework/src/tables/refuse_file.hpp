@@ -7,7 +7,7 @@
 
 #include "config/errors.hpp"
 
-namespace gripline::measured {
+namespace gripline {
 
 /// Throws InputError at a line of the file, from 1; 0: at none.
 [[noreturn]] inline void refuse_file(const std::filesystem::path& file, std::string message, int line = 0) {
@@ -18,4 +18,4 @@ namespace gripline::measured {
   throw InputError({d});
 }
 
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -1,8 +1,8 @@
-#include "measured/table/column_names.hpp"
+#include "tables/column_names.hpp"
 
 #include <gtest/gtest.h>
 
-namespace gripline::measured {
+namespace gripline {
 namespace test_column_names {
 
 TEST(ColumnNames, TheLastWordsOfAPathCount) {
@@ -50,5 +50,16 @@ TEST(ColumnNames, ACourseIsNoHeading) {
   for (const char* name : {"heading", "yaw", "gps_heading_deg"}) EXPECT_FALSE(is_called_course(name)) << name;
 }
 
+TEST(ColumnNames, OnlyWhatStandsBehindTheWordIsItsUnit) {
+  EXPECT_EQ(unit_behind("w_left_cm", "wleft", "m"), "cm");
+  EXPECT_EQ(unit_behind("left", "left", "m"), "") << "not feet";
+  EXPECT_EQ(unit_behind("X_FT", "x", "m"), "ft");
+  EXPECT_EQ(unit_behind("pose.position.x_mm", "positionx", "m"), "mm");
+  EXPECT_EQ(unit_behind("grade_deg", "grade", "rad"), "deg");
+  EXPECT_EQ(unit_behind("grade_deg", "grade", "m"), "") << "of another kind";
+  EXPECT_EQ(unit_behind("x_max", "x", "m"), "");
+  EXPECT_EQ(unit_behind("y", "x", "m"), "");
+}
+
 }  // namespace test_column_names
-}  // namespace gripline::measured
+}  // namespace gripline

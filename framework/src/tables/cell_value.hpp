@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-namespace gripline::measured {
+namespace gripline {
 
 /// Without blanks, tabs, carriage returns and no-break spaces (UTF-8) at both ends.
 std::string_view trim(std::string_view text);
@@ -15,4 +15,4 @@ bool is_missing(std::string_view cell);
 /// and since 1970 of "2018-04-08T10:31:37+02:00" (ISO 8601). NaN when it is none of these, or not finite.
 double read_cell(std::string_view cell, bool decimal_comma);
 
-}  // namespace gripline::measured
+}  // namespace gripline

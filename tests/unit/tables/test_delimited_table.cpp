@@ -1,4 +1,4 @@
-#include "measured/table/delimited_table.hpp"
+#include "tables/delimited_table.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include "config/errors.hpp"
 #include "support/scratch.hpp"
 
-namespace gripline::measured {
+namespace gripline {
 namespace test_delimited_table {
 
 using testing::ElementsAre;
@@ -175,6 +175,13 @@ TEST(DelimitedTable, RefusesWhatIsNoTable) {
   EXPECT_THAT(why("1,2\n3,4\n5,6\n"), HasSubstr("no header line"));
 }
 
+TEST(DelimitedTable, LinesOfTheHeaderAndOfTheFirstRowOfAnotherLengthAreKept) {
+  const auto t = read("a logger\n\nt,x,y\n1,2,3\n1,2,3,4\n1,2,3\n1,2,3,4\n" + rows("1,2,3\n", 6));
+  EXPECT_EQ(t.header_line, 3);
+  EXPECT_EQ(t.other_length, 5);
+  EXPECT_EQ(read("t,x\n" + rows("1,2\n", 6)).other_length, 0);
+}
+
 /// What import writes of a bag has names of array elements.
 TEST(DelimitedTable, ANumberInABracketIsAnElementAndNoUnit) {
   const auto t = read("time,/joints.position[3],/joints.speed[m/s]\n0,1,2\n1,2,3\n2,3,4\n");
@@ -198,4 +205,4 @@ TEST(DelimitedTable, ReadsWindows1252) {
 }
 
 }  // namespace test_delimited_table
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace gripline::measured {
+namespace gripline {
 
 /// In lower case, without blanks and signs.
 std::string plain_name(std::string_view name);
@@ -28,8 +28,11 @@ bool is_path_of_command(std::string_view name);
 bool is_called_course(std::string_view name);
 /// The unit that a name ends with, if it is one of this kind and not all of the name; else "".
 std::string unit_at_end(std::string_view name, const char* kind);
+/// The unit of this kind that is all that stands in a name behind a (plain) word by which it is called, "cm" in
+/// "width_left_cm"; else "". "left" has none: unit_at_end takes its end for feet.
+std::string unit_behind(std::string_view name, std::string_view word, const char* kind);
 
 /// Whether a column of this name would be looked at for a channel (not for the time).
 bool is_channel_name(std::string_view name);
 
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -1,4 +1,4 @@
-#include "measured/table/delimited_table.hpp"
+#include "tables/delimited_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@
 
 #include "config/files.hpp"
 #include "config/units.hpp"
-#include "measured/table/cell_value.hpp"
-#include "measured/table/refuse_file.hpp"
-#include "measured/table/text_encoding.hpp"
+#include "tables/cell_value.hpp"
+#include "tables/refuse_file.hpp"
+#include "tables/text_encoding.hpp"
 
-namespace gripline::measured {
+namespace gripline {
 namespace {
 
 struct Line {
@@ -270,12 +270,13 @@ struct Reader {
     return 2 * static_cast<std::size_t>(units) > row.filled();
   }
 
-  void read_header() {
+  void read_header(std::string_view example) {
     const auto above = lines_above();
     if (above.empty())
       refuse_file(table.file,
                   "no header line of " + std::to_string(shape.cells) +
-                      " names above the first row of numbers; expected the names of the columns",
+                      " names above the first row of numbers; expected the names of the columns" +
+                      (example.empty() ? "" : ", as " + std::string(example)),
                   lines[first].number);
     // Lines of a preamble may be as long, but name fewer things; a row of units stands below the header. A comment
     // right above the rows holds units where most of it are some, else it is the header.
@@ -284,7 +285,7 @@ struct Reader {
                             ? above.end() - 1
                             : std::max_element(above.begin(), above.end() - (units ? 1 : 0),
                                                [](const Above& a, const Above& b) { return a.filled() < b.filled(); });
-    const int at = header->line;
+    const int at = table.header_line = header->line;
     for (const std::string_view cell : header->cells) table.name.emplace_back(cell);
     table.unit.resize(shape.cells);
     for (std::size_t c = 0; c < shape.cells; ++c) split_unit_off(table.name[c], table.unit[c]);
@@ -318,7 +319,7 @@ struct Reader {
         ++padded;
       }
       if (row.size() != shape.cells) {
-        ++ragged;
+        if (ragged++ == 0) table.other_length = lines[i].number;
         continue;
       }
       for (std::size_t c = 0; c < shape.cells; ++c) {
@@ -341,7 +342,7 @@ int DelimitedTable::find(std::string_view wanted) const {
   return found_at == name.end() ? -1 : static_cast<int>(found_at - name.begin());
 }
 
-DelimitedTable read_delimited(const std::filesystem::path& file) {
+DelimitedTable read_delimited(const std::filesystem::path& file, std::string_view example) {
   std::string text = read_bytes(file);
   if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
   std::string_view rest = text;
@@ -363,7 +364,7 @@ DelimitedTable read_delimited(const std::filesystem::path& file) {
     refuse_file(file, "no separator makes columns of this; expected comma, semicolon, tab, '|' or blanks between cells",
                 reader.lines.front().number);
   reader.find_first_row();
-  reader.read_header();
+  reader.read_header(example);
   reader.read_rows();
   const std::map<char, const char*> names = {
       {';', "semicolons"}, {'\t', "tabs"}, {'|', "vertical bars"}, {' ', "blanks"}};
@@ -374,4 +375,4 @@ DelimitedTable read_delimited(const std::filesystem::path& file) {
   return std::move(reader.table);
 }
 
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -1,10 +1,10 @@
-#include "measured/table/cell_value.hpp"
+#include "tables/cell_value.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace gripline::measured {
+namespace gripline {
 namespace test_cell_value {
 
 TEST(CellValue, TimesAndTruthsAreNumbers) {
@@ -33,4 +33,4 @@ TEST(CellValue, DatesAreSecondsSince1970) {
 }
 
 }  // namespace test_cell_value
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace gripline::measured {
+namespace gripline {
 
 struct DelimitedTable {
   /// Cells of a column in which something stands that is not a number.
@@ -26,6 +26,8 @@ struct DelimitedTable {
   std::vector<int> line;                    // of the file, by row, from 1
   std::vector<std::string> found;           // what was unusual, one sentence each
   std::vector<std::string> repeated;        // names that stand more than once in the header
+  int header_line = 0;                      // of the names, in the file, from 1; 0: not from a text
+  int other_length = 0;                     // line of the first row of another length, which is left out; 0: none
 
   std::size_t rows() const { return line.size(); }
   bool is_clock(std::size_t c) const { return c < of_clock.size() && of_clock[c]; }
@@ -38,7 +40,7 @@ struct DelimitedTable {
 /// out; rows that lack less than half of their cells have empty ones there. A header may begin with '#'; units stand in
 /// a row of their own (perhaps behind '#') or behind the name, as "Speed (km/h)" or "Speed [km/h]". true and false are
 /// 1 and 0; "12:34.5" and "1:12:34.5" are seconds. Lines that are not UTF-8 are read as Windows-1252.
-/// Throws InputError: no such file, not a text, no row of numbers, no header.
-DelimitedTable read_delimited(const std::filesystem::path& file);
+/// Throws InputError: no such file, not a text, no row of numbers, no header (then names as in `example` are expected).
+DelimitedTable read_delimited(const std::filesystem::path& file, std::string_view example = {});
 
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -1,10 +1,10 @@
-#include "measured/table/text_encoding.hpp"
+#include "tables/text_encoding.hpp"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-namespace gripline::measured {
+namespace gripline {
 namespace test_text_encoding {
 
 TEST(TextEncoding, Utf8StaysAsItIs) {
@@ -31,4 +31,4 @@ TEST(TextEncoding, OtherLinesOfTheFileStayAsTheyAre) {
 }
 
 }  // namespace test_text_encoding
-}  // namespace gripline::measured
+}  // namespace gripline

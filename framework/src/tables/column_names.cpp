@@ -1,4 +1,4 @@
-#include "measured/table/column_names.hpp"
+#include "tables/column_names.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -9,7 +9,7 @@
 
 #include "config/units.hpp"
 
-namespace gripline::measured {
+namespace gripline {
 namespace {
 
 /// What loggers call a channel, best first; compared in lower case without blanks and signs.
@@ -165,6 +165,17 @@ std::string unit_at_end(std::string_view name, const char* kind) {
   return {};
 }
 
+std::string unit_behind(std::string_view name, std::string_view word, const char* kind) {
+  const std::string plain = plain_name(name);
+  const std::size_t at = plain.rfind(word);
+  if (at == std::string::npos) return {};
+  const std::string_view rest = std::string_view(plain).substr(at + word.size());
+  for (const Endings& endings : unit_endings())
+    if (std::ranges::find(endings.letters, rest) != endings.letters.end())
+      if (std::string known = header_unit(endings.unit, kind); !known.empty()) return known;
+  return {};
+}
+
 bool is_called(std::string_view name, std::string_view word, const char* kind) {
   const std::string p = plain_name(name);
   if (p == word || plain_name(name.substr(0, name.find(" / "))) == word) return true;
@@ -223,4 +234,4 @@ bool is_channel_name(std::string_view name) {
   });
 }
 
-}  // namespace gripline::measured
+}  // namespace gripline

@@ -1,4 +1,4 @@
-#include "measured/table/cell_value.hpp"
+#include "tables/cell_value.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 
 #include "util/numbers.hpp"
 
-namespace gripline::measured {
+namespace gripline {
 
 std::string_view trim(std::string_view text) {
   // A blank that does not break is two bytes in UTF-8; the second of them alone ends letters too.
@@ -120,4 +120,4 @@ double read_cell(std::string_view cell, bool decimal_comma) {
   return std::isnan(clock) ? read_date_time(cell) : clock;
 }
 
-}  // namespace gripline::measured
+}  // namespace gripline

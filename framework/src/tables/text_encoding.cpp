@@ -1,4 +1,4 @@
-#include "measured/table/text_encoding.hpp"
+#include "tables/text_encoding.hpp"
 
 #include <array>
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 #include "config/utf8.hpp"
 
-namespace gripline::measured {
+namespace gripline {
 namespace {
 
 /// What Windows-1252 has where Latin-1 has controls, from 0x80 on; U+FFFD where it has nothing.
@@ -53,4 +53,4 @@ bool to_utf8(std::string& text) {
   return true;
 }
 
-}  // namespace gripline::measured
+}  // namespace gripline
