@@ -256,7 +256,8 @@ class RealCarPages : public Pages {
         << R"({"verdict": "unknown", "unknown": {"where": "state", "interval": null}, "nominal_fit": {"Bf": 1.2}, "named": )"
         << named << ", " << gap << effects << R"(}, "ranking": )" << ranking << R"(, "manoeuvre": null})";
     std::ofstream(work_ / name / "diagnosis_report.json")
-        << R"({"sentence": "As above.", "log": "a.csv", "world": "w.json"})";
+        << R"({"sentence": "As above.", "log": "a.csv", "world": "w.json",
+               "calibrated": [{"param": "/plant/params/Bf", "given": 2, "found": 1.2, "ci95": [1.05, 1.37]}]})";
     nlohmann::json one = page(name);
     one["pictures"] = false;
     return one;
@@ -266,7 +267,8 @@ class RealCarPages : public Pages {
 TEST_F(RealCarPages, CalibrationLeads) {
   nlohmann::json calibrated = real("calibrated", "[]", "null");
   calibrated["before"]["Calibrating the world takes 80 % (78 % to 82 %) off"] = "The rest is not known.";
-  calibrated["absent"] = {"Something is missing", "NaN"};
+  calibrated["before"]["as given"] = "1.05 to 1.37";
+  calibrated["absent"] = {"Something is missing", "NaN", "/plant/params"};
   add(calibrated);
 
   nlohmann::json late_sensor = real(
@@ -291,6 +293,31 @@ TEST_F(RealCarPages, CalibrationLeads) {
                     "25.0 %"};
   noise["absent"] = {"The rest is not known", "Unknown effect", "evidence gained", "NaN"};
   add(noise);
+  expect_good();
+}
+
+/// The whole gap is closed: nothing says that a rest of it is not known.
+TEST_F(RealCarPages, ErrorsBelowTheNoiseLeaveNoRest) {
+  nlohmann::json within = real("within_noise", "[]", R"(null, "noise": 1.3, "closure": 1)");
+  within["texts"] = {"What is left is in sum no more than sensor noise alone would leave.", "100 % of the gap"};
+  within["absent"] = {"The rest is not known", "Unknown effect", "What is left shows"};
+  add(within);
+  expect_good();
+}
+
+/// Effects that were tried stand on the page wherever they rank; others fill it up.
+TEST_F(RealCarPages, EffectsThatWereTriedAreRanked) {
+  std::string ranking = "[";
+  for (int i = 0; i < 22; ++i)
+    ranking += R"({"effect": "other_)" + std::to_string(i) +
+               R"(", "less_error": 0.02, "held_out": null, "selected_fraction": 0,
+      "rollout": {"change": 0, "ci95": [-1, 1], "says": "cannot tell"}}, )";
+  ranking += R"({"effect": "pose_lever", "less_error": 0.01, "held_out": 1.12, "selected_fraction": 0.2,
+      "rollout": {"change": 0.004, "ci95": [-0.006, 0.015], "says": "cannot tell"}}])";
+  nlohmann::json ranked = real("ranked", "[]", "null", ranking);
+  ranked["texts"] = {"other_18", "pose_lever", "Left out: 3 more that were not tried."};
+  ranked["absent"] = {"other_19"};
+  add(ranked);
   expect_good();
 }
 

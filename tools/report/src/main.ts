@@ -2,7 +2,7 @@
 import { chartRange, refreshCharts, repaintCharts, type Chart } from "./chart";
 import { ggChart, lapChart, speedDistance, timesChart, tradeOff, tyreChart, undrawable } from "./charts";
 import { Report } from "./data";
-import { casesTable, diagnosisHead, gapCharts, healthTable, namedTable, patchBox, rankingNote, rankingTable, residualCharts, residualMap, seenAtTable } from "./diagnosis";
+import { calibratedTable, casesTable, diagnosisHead, gapCharts, healthTable, namedTable, ofRealCar, patchBox, rankingNote, rankingTable, residualCharts, residualMap, seenAtTable } from "./diagnosis";
 import { h, redraw } from "./dom";
 import { Lazy } from "./figure";
 import { bindKeys, helpCard } from "./keys";
@@ -94,6 +94,8 @@ function diagnosisSections(state: State): Section[] {
   if (!d) return [];
   const extra = more ?? {};
   const sections: Section[] = [{ id: "verdict", title: "What was found", content: part(diagnosisHead(d, more), namedTable(d, extra.effects)) }];
+  const calibrated = calibratedTable(d, extra);
+  if (calibrated) sections.push({ id: "calibrated", title: "Calibrated parameters", note: ofRealCar(d) ? "What the logs do not determine is not listed." : undefined, content: calibrated });
   if (extra.residual) sections.push({ id: "where", title: "Where it shows", content: part(later(() => residualMap(extra) ?? h("div"), 400), grid(residualCharts(state, extra, d), "three")) });
   if (extra.horizon || extra.traces?.length) sections.push({ id: "gap", title: "Before and after", content: grid(gapCharts(state, extra)) });
   const ranking = rankingTable(d, extra.effects);

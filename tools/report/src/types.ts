@@ -132,6 +132,8 @@ export interface DiagnosisReport {
   sentence?: string;
   log?: string;
   world?: string;
+  /** The world's own parameters that were refitted. */
+  calibrated?: { param: string; given: number | null; found: number | null; ci95: Range | null }[];
   track?: Record<string, Numbers>;
   residual?: Record<string, Numbers>;
   horizon?: { horizon_s: Numbers; before: Numbers; after: Numbers };
