@@ -156,15 +156,26 @@ TEST_F(Pages, RacesOfEverySizeAndEndAreShown) {
   sample::SampleOptions crash;
   crash.stacks = {{"lost", false, 0, 0.93, 0.7, 5.0}, {"elm", false, 1, 0.9, 0.8}, {"gp", true, 0.9, 0.92, 4.2}};
   sample::write_sample(work_ / "crash", crash);
+  // A lap of the row that did not finish, far beyond the axis.
+  std::string table = bytes_of(work_ / "crash" / "table.csv");
+  const std::string row = "\nlost,0,1,0,1,";
+  ASSERT_NE(table.find(row + ","), table.npos) << table;
+  std::ofstream(work_ / "crash" / "table.csv") << table.insert(table.find(row) + row.size(), "99.5");
   nlohmann::json lost = page("crash");
+  lost["svgs"] = {{"laps", "99.5 s"}};
   const Columns longest = Columns::read(work_ / "crash" / "elm" / "1" / "steps.csv");
   lost["lost"] = {{"end", longest.number("t_s", longest.rows() - 1)}, {"offset", 1.0}};
   add(lost);
 
   sample::write_sample(work_ / "late", one_lap());
+  // A world without a limit: the ratio to it, which is the last column, is empty.
+  std::string no_limit = bytes_of(work_ / "late" / "table.csv");
+  no_limit.resize(no_limit.rfind(',') + 1);
+  std::ofstream(work_ / "late" / "table.csv") << no_limit << '\n';
   nlohmann::json late = page("late");
   late["late_tyres"] = 2.0;
-  late["absent"] = {"among the others", "Bold and marked"};
+  late["texts"] = {"Lap by lap"};
+  late["absent"] = {"among the others", "Bold and marked", "against the limit", "Black bars"};
   add(late);
 
   sample::SampleOptions twenty;

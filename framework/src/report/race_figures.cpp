@@ -397,20 +397,25 @@ FigureFile laps(const Inputs& inputs) {
     limit.label = "limit at that friction";
     limit.width = 2;
     panel.series.push_back(std::move(s));
-    limits.push_back(std::move(limit));
+    // Without a limit the ratios are there, and empty.
+    if (std::ranges::any_of(limit.y, [](double v) { return std::isfinite(v); })) limits.push_back(std::move(limit));
   }
+  const char* const title = limits.empty() ? "Lap times" : "Lap times against the limit";
   std::move(limits.begin(), limits.end(), std::back_inserter(panel.series));  // in the legend after all rows
   panel.x.low = -0.5;
   panel.x.high = static_cast<double>(columns.size()) - 0.5;
   for (std::size_t lap = 0; lap < columns.size(); ++lap)
     panel.x.ticks.emplace_back(static_cast<double>(lap), "lap " + std::to_string(lap));
-  return {"laps.svg", columns.empty() ? "" : draw_panels("Lap times against the limit", {panel}, 1, 900, 340)};
+  return {"laps.svg", columns.empty() ? "" : draw_panels(title, {panel}, 1, 900, 340)};
 }
 
 FigureFile pareto(const Inputs& inputs) {
   std::string pace;
+  const auto filled = [&](const std::string& name) {
+    return std::ranges::any_of(inputs.table.numbers(name), [](double v) { return std::isfinite(v); });
+  };
   for (const std::string& name : inputs.table.names())
-    if (name.starts_with("pace_ratio") && !name.ends_with("_lo") && !name.ends_with("_hi")) pace = name;
+    if (name.starts_with("pace_ratio") && !name.ends_with("_lo") && !name.ends_with("_hi") && filled(name)) pace = name;
   if (pace.empty() || !inputs.table.has("violation_s")) return {"pareto.svg", ""};
   Panel panel;
   panel.x.label = "lap time over the limit, last lap";

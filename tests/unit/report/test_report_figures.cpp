@@ -88,6 +88,24 @@ TEST(ReportFigures, LimitAndTruthComeLast) {
   EXPECT_EQ(seen, 2);
 }
 
+/// A world without a limit has columns of ratios to it, which are empty.
+TEST(ReportFigures, NoLimitStandsInTheLegendWithoutOne) {
+  const Folder folder;
+  const auto drawn = [&](const std::string& ratio) {
+    const fs::path out = folder.path() / ("ratio" + ratio);
+    fs::create_directories(out);
+    std::ofstream(out / "table.csv") << "stack,lap0_s,violation_s,pace_ratio0\nelm,8.5,0.2," + ratio + "\n";
+    std::ofstream(out / "runs.csv") << "stack,seed,status\nelm,1,finished\n";
+    (void)write_report({out, {}, true, {}, {}});
+    return out / "figures";
+  };
+  const fs::path with = drawn("1.05"), without = drawn("");
+  EXPECT_THAT(bytes_of(with / "laps.svg"), testing::AllOf(HasSubstr("against the limit"), HasSubstr(">limit at that")));
+  EXPECT_THAT(bytes_of(without / "laps.svg"), testing::AllOf(HasSubstr("Lap times"), Not(HasSubstr("limit"))));
+  EXPECT_TRUE(fs::exists(with / "pareto.svg"));
+  EXPECT_FALSE(fs::exists(without / "pareto.svg"));
+}
+
 /// A quarter of this car's static load is on the front axle.
 TEST(ReportFigures, TheBandOfFrictionIsThatOfTheWholeCar) {
   const Folder folder;

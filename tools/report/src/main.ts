@@ -69,7 +69,7 @@ function raceSections(state: State, replay: Replay | null): Section[] {
   }
   const costs = [
     timesChart(state),
-    tradeOff(state, "pareto-pace", "Pace against safety", lastOf(meta.table.columns, /^pace_ratio\d+$/) ?? lastOf(meta.table.columns, /^lap\d+_s$/) ?? "", "violation_s"),
+    tradeOff(state, "pareto-pace", "Pace against safety", state.report.filled(/^pace_ratio\d+$/).pop() ?? state.report.filled(/^lap\d+_s$/).pop() ?? "", "violation_s"),
     tradeOff(state, "pareto-cost", "Accuracy against cost", "solve_ms_median", "mean_deviation_m"),
   ];
   if (meta.table.rows.length && costs.some(Boolean)) sections.push({ id: "costs", title: "Cost and trade-offs", content: grid(costs, "three") });
@@ -83,10 +83,6 @@ function overTimeNote(state: State): string {
     state.crowded ? "One row is in colour: point at another, or choose it in a legend or the table." : "",
     lost ? "Axes make room for the runs that go on; ✕ is where one ended that did not." : "",
   ].filter(Boolean).join(" ");
-}
-
-function lastOf(columns: string[], pattern: RegExp): string | undefined {
-  return columns.filter((name) => pattern.test(name)).pop();
 }
 
 function diagnosisSections(state: State): Section[] {
