@@ -48,7 +48,7 @@ export interface Claim {
   text: string;
   /** null: it was not decided, `why` says the reason. */
   holds: boolean | null;
-  values: { left?: number | null; right?: number | null; runs_held?: number; runs?: number } | null;
+  values: { left?: number | null; right?: number | null; medians_hold?: boolean; runs_held?: number; runs?: number; share?: number } | null;
   why: string;
 }
 
