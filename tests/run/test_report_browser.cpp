@@ -135,7 +135,8 @@ TEST_F(Pages, ARaceIsShownAsItsLogSays) {
   race["texts"] = {"oracle *",
                    "elm.violation_s <= none.violation_s",
                    "0.46 against 4.32 s, in 5 of 5 runs",
-                   "0.083 against 0.071 m",
+                   "0.083 against 0.071 m, in 1 of 5 runs",
+                   "0.48 against 0.54 s at the median, but holds in 3 of 5 runs, 80 % wanted",
                    "best among the others",
                    "One seed:",
                    "4 laps"};
@@ -156,15 +157,26 @@ TEST_F(Pages, RacesOfEverySizeAndEndAreShown) {
   sample::SampleOptions crash;
   crash.stacks = {{"lost", false, 0, 0.93, 0.7, 5.0}, {"elm", false, 1, 0.9, 0.8}, {"gp", true, 0.9, 0.92, 4.2}};
   sample::write_sample(work_ / "crash", crash);
+  // A lap of the row that did not finish, far beyond the axis.
+  std::string table = bytes_of(work_ / "crash" / "table.csv");
+  const std::string row = "\nlost,0,1,0,1,";
+  ASSERT_NE(table.find(row + ","), table.npos) << table;
+  std::ofstream(work_ / "crash" / "table.csv") << table.insert(table.find(row) + row.size(), "99.5");
   nlohmann::json lost = page("crash");
+  lost["svgs"] = {{"laps", "99.5 s"}};
   const Columns longest = Columns::read(work_ / "crash" / "elm" / "1" / "steps.csv");
   lost["lost"] = {{"end", longest.number("t_s", longest.rows() - 1)}, {"offset", 1.0}};
   add(lost);
 
   sample::write_sample(work_ / "late", one_lap());
+  // A world without a limit: the ratio to it, which is the last column, is empty.
+  std::string no_limit = bytes_of(work_ / "late" / "table.csv");
+  no_limit.resize(no_limit.rfind(',') + 1);
+  std::ofstream(work_ / "late" / "table.csv") << no_limit << '\n';
   nlohmann::json late = page("late");
   late["late_tyres"] = 2.0;
-  late["absent"] = {"among the others", "Bold and marked"};
+  late["texts"] = {"Lap by lap"};
+  late["absent"] = {"among the others", "Bold and marked", "against the limit", "Black bars"};
   add(late);
 
   sample::SampleOptions twenty;
@@ -256,7 +268,8 @@ class RealCarPages : public Pages {
         << R"({"verdict": "unknown", "unknown": {"where": "state", "interval": null}, "nominal_fit": {"Bf": 1.2}, "named": )"
         << named << ", " << gap << effects << R"(}, "ranking": )" << ranking << R"(, "manoeuvre": null})";
     std::ofstream(work_ / name / "diagnosis_report.json")
-        << R"({"sentence": "As above.", "log": "a.csv", "world": "w.json"})";
+        << R"({"sentence": "As above.", "log": "a.csv", "world": "w.json",
+               "calibrated": [{"param": "/plant/params/Bf", "given": 2, "found": 1.2, "ci95": [1.05, 1.37]}]})";
     nlohmann::json one = page(name);
     one["pictures"] = false;
     return one;
@@ -266,7 +279,8 @@ class RealCarPages : public Pages {
 TEST_F(RealCarPages, CalibrationLeads) {
   nlohmann::json calibrated = real("calibrated", "[]", "null");
   calibrated["before"]["Calibrating the world takes 80 % (78 % to 82 %) off"] = "The rest is not known.";
-  calibrated["absent"] = {"Something is missing", "NaN"};
+  calibrated["before"]["as given"] = "1.05 to 1.37";
+  calibrated["absent"] = {"Something is missing", "NaN", "/plant/params"};
   add(calibrated);
 
   nlohmann::json late_sensor = real(
@@ -291,6 +305,31 @@ TEST_F(RealCarPages, CalibrationLeads) {
                     "25.0 %"};
   noise["absent"] = {"The rest is not known", "Unknown effect", "evidence gained", "NaN"};
   add(noise);
+  expect_good();
+}
+
+/// The whole gap is closed: nothing says that a rest of it is not known.
+TEST_F(RealCarPages, ErrorsBelowTheNoiseLeaveNoRest) {
+  nlohmann::json within = real("within_noise", "[]", R"(null, "noise": 1.3, "closure": 1)");
+  within["texts"] = {"What is left is in sum no more than sensor noise alone would leave.", "100 % of the gap"};
+  within["absent"] = {"The rest is not known", "Unknown effect", "What is left shows"};
+  add(within);
+  expect_good();
+}
+
+/// Effects that were tried stand on the page wherever they rank; others fill it up.
+TEST_F(RealCarPages, EffectsThatWereTriedAreRanked) {
+  std::string ranking = "[";
+  for (int i = 0; i < 22; ++i)
+    ranking += R"({"effect": "other_)" + std::to_string(i) +
+               R"(", "less_error": 0.02, "held_out": null, "selected_fraction": 0,
+      "rollout": {"change": 0, "ci95": [-1, 1], "says": "cannot tell"}}, )";
+  ranking += R"({"effect": "pose_lever", "less_error": 0.01, "held_out": 1.12, "selected_fraction": 0.2,
+      "rollout": {"change": 0.004, "ci95": [-0.006, 0.015], "says": "cannot tell"}}])";
+  nlohmann::json ranked = real("ranked", "[]", "null", ranking);
+  ranked["texts"] = {"other_18", "pose_lever", "Left out: 3 more that were not tried."};
+  ranked["absent"] = {"other_19"};
+  add(ranked);
   expect_good();
 }
 

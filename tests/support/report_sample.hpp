@@ -97,7 +97,8 @@ inline void write_sample(const fs::path& folder, const SampleOptions& options = 
   }
   std::ofstream(folder / "claims.json") << R"({"claims": [
     {"text": "elm.violation_s <= none.violation_s", "holds": true, "values": {"left": 0.46, "right": 4.32, "runs_held": 5, "runs": 5}},
-    {"text": "elm.mean_deviation_m <= constant_speed.mean_deviation_m", "holds": false, "values": {"left": 0.0831, "right": 0.0712, "runs_held": 1, "runs": 5}}],
+    {"text": "elm.mean_deviation_m <= constant_speed.mean_deviation_m", "holds": false, "values": {"left": 0.0831, "right": 0.0712, "medians_hold": false, "runs_held": 1, "runs": 5, "share": 0.8}},
+    {"text": "elm.violation_s <= 0.54", "holds": false, "values": {"left": 0.48, "right": 0.54, "medians_hold": true, "runs_held": 3, "runs": 5, "share": 0.8}}],
     "skipped": [{"text": "elm.solve_ms_median < gp_own_mu.solve_ms_median", "why": "a row was left out by --only"}]})";
 }
 

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace gripline::sample {
@@ -101,8 +102,9 @@ inline std::vector<double> allowed_speed(const Course& course, double mu, int n)
 inline std::string cells(const std::vector<double>& values) {
   std::string row;
   char text[32];
+  bool first = true;
   for (const double value : values) {
-    if (!row.empty()) row += ',';
+    if (!std::exchange(first, false)) row += ',';
     if (!std::isnan(value)) row.append(text, static_cast<std::size_t>(std::snprintf(text, sizeof text, "%.6g", value)));
   }
   return row + '\n';

@@ -69,7 +69,8 @@ int diagnose_real(const RealDiagnosis& asked, const LogWorld& world, const measu
   write_real_diagnosis(asked.out, d, found, corners);
   std::cout << "\ndiagnosis: " << (asked.out / result_files::diagnosis).string()
             << "\nworld with what was found: " << (asked.out / result_files::augmented_world).string() << '\n';
-  write_file(asked.out / result_files::diagnosis_report, to_json_text(real_report(d, asked.world, registry, files)));
+  write_file(asked.out / result_files::diagnosis_report,
+             to_json_text(real_report(d, found, asked.world, registry, files)));
   if (!report_results(asked.out)) return run_broke;
   return is_answer(d, found) ? good : claim_failed;
 }

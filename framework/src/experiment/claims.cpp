@@ -243,8 +243,9 @@ ClaimResult judge(const Claim& claim, int runs, double share, const ClaimLookup&
     if (left && right && compare(*left, claim.relation, *right)) ++result.runs_held;
   }
   // A claim about a value that was not measured does not hold.
-  const bool medians = result.left && result.right && compare(*result.left, claim.relation, *result.right);
-  result.holds = medians && result.runs_held >= share * result.runs - 1e-9;
+  result.medians_hold = result.left && result.right && compare(*result.left, claim.relation, *result.right);
+  result.share = share;
+  result.holds = result.medians_hold && result.runs_held >= share * result.runs - 1e-9;
   return result;
 }
 

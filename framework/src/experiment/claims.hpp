@@ -47,7 +47,9 @@ struct ClaimResult {
   std::string why_skipped;
   std::string note;                   // what else a reader must know of it; may be empty
   std::optional<double> left, right;  // medians
+  bool medians_hold = false;
   int runs_held = 0, runs = 0;
+  double share = 0.0;  // of the runs in which it must hold
 };
 /// A claim holds if it holds for the medians and in at least `share` of the runs; one about the end of an interval, a
 /// sum or a largest value over runs, if it holds for that.

@@ -196,6 +196,15 @@ void print_legend(std::ostream& out, const PrintedTable& table) {
          "outside after the stack adapted.\n";
 }
 
+/// "4 against 2, 1 of 3 runs", or that it fails by single runs: the medians alone would then look true.
+std::string why_it_fails(const ClaimResult& claim) {
+  const std::string sides = cell_text(claim.left, "%.4g") + " against " + cell_text(claim.right, "%.4g");
+  if (claim.runs == 0) return sides;
+  const std::string held = std::to_string(claim.runs_held) + " of " + std::to_string(claim.runs) + " runs";
+  if (!claim.medians_hold) return sides + ", " + held;
+  return sides + " at the median, but holds in " + held + format(", %.4g %% wanted", 100.0 * claim.share);
+}
+
 /// How many claims hold, and those that do not.
 void print_claims(std::ostream& out, std::span<const ClaimResult> claims) {
   if (claims.empty()) return;
@@ -211,10 +220,7 @@ void print_claims(std::ostream& out, std::span<const ClaimResult> claims) {
     if (!claim.holds)
       out << "  skipped  " << claim.text << "   (" << claim.why_skipped << ")\n";
     else if (!*claim.holds)
-      out << "  FAILS    " << claim.text << "   (" << cell_text(claim.left, "%.4g") << " against "
-          << cell_text(claim.right, "%.4g")
-          << (claim.runs > 0 ? ", " + std::to_string(claim.runs_held) + " of " + std::to_string(claim.runs) + " runs"
-                             : std::string())
+      out << "  FAILS    " << claim.text << "   (" << why_it_fails(claim)
           << (claim.note.empty() ? "" : "; " + claim.note) << ")\n";
   }
   print_range_claims(out, claims);

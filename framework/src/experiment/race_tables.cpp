@@ -71,8 +71,10 @@ void write_claims(const std::filesystem::path& out, std::span<const ClaimResult>
     Node values = Node::empty_object();
     values.set("left", number_or_null(claim.left));
     values.set("right", number_or_null(claim.right));
+    values.set("medians_hold", Node(claim.medians_hold));
     values.set("runs_held", Node(static_cast<double>(claim.runs_held)));
     values.set("runs", Node(static_cast<double>(claim.runs)));
+    values.set("share", Node(claim.share));
     one.set("values", std::move(values));
     if (!claim.note.empty()) one.set("why", Node(claim.note));
     all.push_back(std::move(one));

@@ -35,6 +35,7 @@
 // OUT/diagnosis_report.json, beside diagnosis.json (arrays of one length within each object; null is a gap):
 //   sentence   one sentence: place, size, certainty          log, world   file names, as given
 //   effects    {id: {words, params: {name: {words, unit}}}}      what the effects of the catalogue are
+//   calibrated [{param, given, found, ci95}, ...]         the world's own parameters that were refitted
 //   track      {x_m, y_m, left_x_m, left_y_m, right_x_m, right_y_m: []}
 //   residual   {t_s, lap_fraction, x_m, y_m, vx_mps, vy_mps, yaw_rate_radps, d, delta_rad: []   where, in which state
 //               e_vx, e_vy, e_omega: []                   what the nominal model leaves unexplained, smoothed, as rates

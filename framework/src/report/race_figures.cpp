@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include <gripline/types.hpp>
@@ -174,11 +175,45 @@ FigureFile trajectories(const Inputs& inputs, const std::vector<RunSeries>& runs
                                           panels, 2, 480, 380)};
 }
 
-FigureFile over_time(const std::vector<RunSeries>& runs) {
+/// Of the runs whose stacks were not told the truth and finished, the one whose last lap and time outside together are
+/// least: the row that the page has in colour.
+std::size_t most_telling(const Inputs& inputs, const std::vector<RunSeries>& runs) {
+  const Columns& table = inputs.table;
+  std::string last_lap;
+  for (int lap = 0; table.has("lap" + std::to_string(lap) + "_s"); ++lap) {
+    const std::string name = "lap" + std::to_string(lap) + "_s";
+    if (std::ranges::any_of(table.numbers(name), [](double v) { return std::isfinite(v); })) last_lap = name;
+  }
+  const auto rank = [&](const RunSeries& d) {
+    std::size_t row = 0;
+    while (row < table.rows() && stack_of_row(inputs, row) != d.stack) ++row;
+    const auto value = [&](const std::string& column) {
+      const double v = table.number(column, row);
+      return std::isfinite(v) ? v : std::numeric_limits<double>::infinity();
+    };
+    const double outside = value("violation_s");
+    return std::tuple(inputs.stacks[d.stack].needs_truth, table.number("finished", row) == 0.0,
+                      value(last_lap) + outside, outside);
+  };
+  return static_cast<std::size_t>(std::ranges::min_element(runs, {}, rank) - runs.begin());
+}
+
+FigureFile over_time(const Inputs& inputs, const std::vector<RunSeries>& runs) {
+  constexpr std::size_t told_apart = 4;  // lines in one picture, as on the page
   Panel panel;
   panel.x.label = "time [s]";
   panel.y.label = "speed [m/s]";
   for (const RunSeries& d : runs) panel.series.push_back(line_of(d, d.at("t"), speed_of(d)));
+  if (runs.size() > told_apart) {
+    const std::size_t lit = most_telling(inputs, runs);
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      if (i == lit) continue;
+      panel.series[i].colour = "#c9ccd1";
+      panel.series[i].width = 1;
+      panel.series[i].label = "other rows";
+    }
+    std::swap(panel.series[lit], panel.series.back());  // on top
+  }
   return {"speed.svg", draw_panels("Speed", {panel}, 1, 900, 320)};
 }
 
@@ -397,20 +432,25 @@ FigureFile laps(const Inputs& inputs) {
     limit.label = "limit at that friction";
     limit.width = 2;
     panel.series.push_back(std::move(s));
-    limits.push_back(std::move(limit));
+    // Without a limit the ratios are there, and empty.
+    if (std::ranges::any_of(limit.y, [](double v) { return std::isfinite(v); })) limits.push_back(std::move(limit));
   }
+  const char* const title = limits.empty() ? "Lap times" : "Lap times against the limit";
   std::move(limits.begin(), limits.end(), std::back_inserter(panel.series));  // in the legend after all rows
   panel.x.low = -0.5;
   panel.x.high = static_cast<double>(columns.size()) - 0.5;
   for (std::size_t lap = 0; lap < columns.size(); ++lap)
     panel.x.ticks.emplace_back(static_cast<double>(lap), "lap " + std::to_string(lap));
-  return {"laps.svg", columns.empty() ? "" : draw_panels("Lap times against the limit", {panel}, 1, 900, 340)};
+  return {"laps.svg", columns.empty() ? "" : draw_panels(title, {panel}, 1, 900, 340)};
 }
 
 FigureFile pareto(const Inputs& inputs) {
   std::string pace;
+  const auto filled = [&](const std::string& name) {
+    return std::ranges::any_of(inputs.table.numbers(name), [](double v) { return std::isfinite(v); });
+  };
   for (const std::string& name : inputs.table.names())
-    if (name.starts_with("pace_ratio") && !name.ends_with("_lo") && !name.ends_with("_hi")) pace = name;
+    if (name.starts_with("pace_ratio") && !name.ends_with("_lo") && !name.ends_with("_hi") && filled(name)) pace = name;
   if (pace.empty() || !inputs.table.has("violation_s")) return {"pareto.svg", ""};
   Panel panel;
   panel.x.label = "lap time over the limit, last lap";
@@ -444,7 +484,7 @@ std::vector<FigureFile> race_figures(const Inputs& inputs) {
   std::vector<FigureFile> figures;
   const std::vector<RunSeries> runs = first_runs(inputs);
   if (any_has(runs, "x")) figures.push_back(trajectories(inputs, runs));
-  if (any_has(runs, "vx")) figures.push_back(over_time(runs));
+  if (any_has(runs, "vx")) figures.push_back(over_time(inputs, runs));
   if (any_has(runs, "mu_belief")) figures.push_back(friction(runs));
   for (FigureFile& figure : tyre_curves(runs)) figures.push_back(std::move(figure));
   if (any_has(runs, "ax")) figures.push_back(g_g(runs));

@@ -26,7 +26,7 @@ nlohmann::json pairs_json(const Inputs& inputs);
 nlohmann::json runs_json(const Inputs& inputs);
 
 /// [{"text", "holds": true | false | null, "values", "why"}], those that were skipped at the end. `values` as written:
-/// {"left", "right", "runs_held", "runs"}.
+/// {"left", "right", "medians_hold", "runs_held", "runs", "share"}.
 nlohmann::json claims_json(const nlohmann::json& claims);
 
 /// Step times of one stack, pooled over its runs, in bins of equal width on a logarithmic axis.

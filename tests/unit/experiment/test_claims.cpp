@@ -152,9 +152,13 @@ TEST(Claims, HoldForTheMedianAndForEnoughRuns) {
   EXPECT_EQ(four.runs, 5);
   EXPECT_EQ(four.left, 0);
   EXPECT_EQ(four.right, 1);
-  EXPECT_FALSE(judge(claim, 5, 0.81, values).holds.value());
+  const ClaimResult refuted = judge(claim, 5, 0.81, values);
+  EXPECT_FALSE(refuted.holds.value());
+  EXPECT_TRUE(refuted.medians_hold);
+  EXPECT_EQ(refuted.share, 0.81);
   values.medians["elm.violation_s"] = 2;
   EXPECT_FALSE(judge(claim, 5, 0.8, values).holds.value());
+  EXPECT_FALSE(judge(claim, 5, 0.8, values).medians_hold);
   EXPECT_EQ(judge(claim, 5, 0.8, values).text, "elm.violation_s <= none.violation_s");
 }
 

@@ -43,6 +43,18 @@ TEST(RacePrinting, ThePrintedTableMarksWhoWasToldTheTruth) {
   EXPECT_THAT(out.str(), AllOf(HasSubstr("corner out: with a corner of the car"), HasSubstr("out, adapted: outside")));
 }
 
+/// Medians that would hold do not read as if the claim did.
+TEST(RacePrinting, AClaimThatSingleRunsRefuteSaysSo) {
+  const RaceSpec race = race_of(R"(["elm.violation_s <= 2.5"])");
+  const RaceResults results = {
+      race, {run_of("elm", 1, 1, {8}), run_of("elm", 2, 2, {8}), run_of("elm", 3, 3, {8})}, {"elm"}};
+  std::ostringstream out;
+  print_tables(out, results, judge_all(results));
+  EXPECT_THAT(out.str(),
+              HasSubstr("FAILS    elm.violation_s <= 2.5   (2 against 2.5 at the median, but holds in 2 of 3 "
+                        "runs, 80 % wanted)"));
+}
+
 TEST(RacePrinting, BelowSixRunsTheEndsAreCalledARange) {
   const RaceSpec race = race_of(R"(["none.violation_s_hi <= 5", "none.violation_s_lo > 3"])");
   const RaceResults results = {race, some_runs(), {"none", "elm", "oracle"}};

@@ -88,6 +88,41 @@ TEST(ReportFigures, LimitAndTruthComeLast) {
   EXPECT_EQ(seen, 2);
 }
 
+/// Of more rows than can be told apart one is in colour, on top: here the fastest of those that stayed inside.
+TEST(ReportFigures, OfManyRowsOneIsInColour) {
+  const Folder folder;
+  sample::write_sample(folder.path());
+  std::ofstream(folder.path() / "table.csv") << "stack,needs_truth,finished,lap0_s,violation_s\n"
+                                                "none,0,1,7,2\n"
+                                                "constant_speed,0,1,12,0\n"
+                                                "elm,0,1,8,0\n"
+                                                "gp,1,1,6,0\n"
+                                                "oracle,1,1,6,0\n";
+  (void)write_report({folder.path(), {}, true, {}, {}});
+  const std::string svg = bytes_of(folder.path() / "figures" / "speed.svg");
+  EXPECT_THAT(svg, testing::AllOf(HasSubstr(">elm<"), HasSubstr(">other rows<"), Not(HasSubstr(">none<"))));
+  EXPECT_LT(svg.rfind("#c9ccd1"), svg.rfind(series_colour(2))) << "elm is the third row";
+  for (const std::size_t other : {0, 1, 3, 4}) EXPECT_THAT(svg, Not(HasSubstr(series_colour(other)))) << other;
+}
+
+/// A world without a limit has columns of ratios to it, which are empty.
+TEST(ReportFigures, NoLimitStandsInTheLegendWithoutOne) {
+  const Folder folder;
+  const auto drawn = [&](const std::string& ratio) {
+    const fs::path out = folder.path() / ("ratio" + ratio);
+    fs::create_directories(out);
+    std::ofstream(out / "table.csv") << "stack,lap0_s,violation_s,pace_ratio0\nelm,8.5,0.2," + ratio + "\n";
+    std::ofstream(out / "runs.csv") << "stack,seed,status\nelm,1,finished\n";
+    (void)write_report({out, {}, true, {}, {}});
+    return out / "figures";
+  };
+  const fs::path with = drawn("1.05"), without = drawn("");
+  EXPECT_THAT(bytes_of(with / "laps.svg"), testing::AllOf(HasSubstr("against the limit"), HasSubstr(">limit at that")));
+  EXPECT_THAT(bytes_of(without / "laps.svg"), testing::AllOf(HasSubstr("Lap times"), Not(HasSubstr("limit"))));
+  EXPECT_TRUE(fs::exists(with / "pareto.svg"));
+  EXPECT_FALSE(fs::exists(without / "pareto.svg"));
+}
+
 /// A quarter of this car's static load is on the front axle.
 TEST(ReportFigures, TheBandOfFrictionIsThatOfTheWholeCar) {
   const Folder folder;

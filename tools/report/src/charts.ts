@@ -23,10 +23,12 @@ export function lapChart(state: State): Chart | null {
     const out: Mark[] = [];
     const limits: Mark[] = [];
     const most = usualLaps(state, lapColumns);
+    const shownRows = table.rows.filter((row) => shown.includes(row.stack));
+    const allLost = shownRows.every((row) => state.report.finished(row) === 0);
     shown.forEach((stack, k) => {
-      const row = table.rows.find((r) => r.stack === stack);
+      const row = shownRows.find((r) => r.stack === stack);
       if (!row) return;
-      const lost = state.report.finished(row) === 0;
+      const lost = !allLost && state.report.finished(row) === 0;
       const points = { x: [] as number[], y: [] as number[], names: [] as string[] };
       const far = { x: [] as number[], y: [] as number[], names: [] as string[] };
       lapColumns.forEach((name, lap) => {
@@ -38,7 +40,8 @@ export function lapChart(state: State): Chart | null {
         place.x.push(x);
         place.y.push(value);
         place.names.push(`${state.report.label(stack)}, lap ${lap}`);
-        if (value > most) out.push({ kind: "text", x, y: value, text: `${plain(value)} s`, color: token("muted"), stack, lost: true });
+        // At the chart's edge a marker does not say how long the lap took.
+        if (lost || value > most) out.push({ kind: "text", x, y: value, text: `${plain(value)} s`, color: token("muted"), stack, lost: true, atEdge: true });
         const [low, high] = [row.low[index], row.high[index]];
         if (low !== null && high !== null && low !== high)
           out.push({ kind: "line", x: [x, x], y: [low, high], color: stackColour(stack), stack, lost: lost || value > most, width: 1.4 });
@@ -55,7 +58,7 @@ export function lapChart(state: State): Chart | null {
   return new Chart(
     {
       id: "laps",
-      title: "Lap by lap, against the limit",
+      title: drivenRatios(state).length ? "Lap by lap, against the limit" : "Lap by lap",
       note: limitNote(state),
       height: 300,
       wide: true,
@@ -76,10 +79,14 @@ function usualLaps(state: State, lapColumns: string[]): number {
   return 1.5 * (times[times.length >> 1] ?? Infinity);
 }
 
+/** The columns of ratios to the limit that have a value: without a limit they are there, and empty. */
+function drivenRatios(state: State): string[] {
+  return state.report.filled(/^pace_ratio\d+$/);
+}
+
 /** What the bars of the limit are, and who came closest to one. */
 function limitNote(state: State): string | undefined {
-  const { columns } = state.report.meta.table;
-  const ratios = columns.filter((name) => /^pace_ratio\d+$/.test(name));
+  const ratios = drivenRatios(state);
   if (!ratios.length) return undefined;
   let best: { ratio: number; stack: number; lap: string } | null = null;
   for (const row of state.report.contenders())

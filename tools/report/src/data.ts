@@ -240,4 +240,9 @@ export class Report {
   column(name: string): number {
     return this.meta.table.columns.indexOf(name);
   }
+  /** The columns of that name in which some row has a value. */
+  filled(name: RegExp): string[] {
+    const { columns, rows } = this.meta.table;
+    return columns.filter((column, i) => name.test(column) && rows.some((row) => row.values[i] !== null));
+  }
 }

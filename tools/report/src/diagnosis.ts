@@ -54,6 +54,11 @@ export function ofRealCar({ gap }: Diagnosis): boolean {
   return gap?.calibrated !== undefined;
 }
 
+/** Whether what is left is no more than what sensors alone would leave: then the whole gap is closed. */
+function withinNoise({ gap }: Diagnosis): boolean {
+  return gap?.noise != null && gap.after !== null && gap.after <= gap.noise;
+}
+
 /** How much of the gap is closed, as people say it. */
 function closes(d: Diagnosis): string {
   const { gap } = d;
@@ -97,8 +102,14 @@ function headline(d: Diagnosis, words: Words): string {
       return `${list} Other explanations fit this log as well.`;
     case "unknown": {
       const found = [refitted(d), list].filter(Boolean).join(" ");
-      const rest = d.gap?.at_noise ? "What is left is as large as the sensors' own noise: these logs tell nothing more." : d.gap?.noise_too_large ? "The sensors' noise is measured too large to say what is left." : "The rest is not known.";
-      return found || d.gap?.at_noise || d.gap?.noise_too_large ? `${found} ${rest}`.trim() : "Something is missing that the catalogue does not know.";
+      const rest = d.gap?.at_noise
+        ? "What is left is as large as the sensors' own noise: these logs tell nothing more."
+        : d.gap?.noise_too_large
+          ? "The sensors' noise is measured too large to say what is left."
+          : withinNoise(d)
+            ? "What is left is in sum no more than sensor noise alone would leave."
+            : "The rest is not known.";
+      return found || d.gap?.at_noise || withinNoise(d) ? `${found} ${rest}`.trim() : "Something is missing that the catalogue does not know.";
     }
   }
 }
@@ -155,18 +166,26 @@ function gapBar(d: Diagnosis): HTMLElement | null {
   return h("div", { class: "gap-bar", role: "img", "aria-label": `${percent(closure)} of the gap closed` }, h("i", { style: `width:${share}%` }), h("span", {}, `${percent(closure)} of the gap`));
 }
 
+/** What the verdict comes to, in a few words. */
+function badge(d: Diagnosis): string {
+  if (d.gap?.at_noise) return "As good as the sensors";
+  if (d.gap?.noise_too_large) return "Noise measured too large";
+  return withinNoise(d) ? "In sum as good as the sensors" : verdictWords[d.verdict];
+}
+
 export function diagnosisHead(d: Diagnosis, more: DiagnosisReport | null): HTMLElement {
   const words = more?.effects;
   const found = (d.named ?? []).length > 0 || (d.verdict === "unknown" && refitted(d) !== "");
   const atNoise = d.gap?.at_noise === true;
+  const open = d.verdict === "unknown" && !atNoise && !withinNoise(d);
   return h(
     "div",
     { class: "verdict" },
     h("p", { class: "sentence" }, ...prose(headline(d, words))),
     gapBar(d),
-    h("p", { class: "lede" }, ...prose([found ? closes(d) : "", d.verdict === "unknown" && !atNoise && !(d.named ?? []).length ? nearest(d, words) : "", d.verdict === "unknown" && !atNoise ? whereText(d) : ""].filter(Boolean).join(" "))),
+    h("p", { class: "lede" }, ...prose([found ? closes(d) : "", d.verdict === "unknown" && !atNoise && !(d.named ?? []).length ? nearest(d, words) : "", open ? whereText(d) : ""].filter(Boolean).join(" "))),
     d.manoeuvre ? h("p", { class: "lede" }, h("strong", {}, "To decide: "), ...prose(d.manoeuvre)) : null,
-    h("p", { class: "note" }, h("span", { class: `badge ${d.verdict}` }, atNoise ? "As good as the sensors" : d.gap?.noise_too_large ? "Noise measured too large" : verdictWords[d.verdict]), " ", ...prose(more?.sentence || sentence(d))),
+    h("p", { class: "note" }, h("span", { class: `badge ${d.verdict}` }, badge(d)), " ", ...prose(more?.sentence || sentence(d))),
     more?.log ? h("p", { class: "note" }, `Log ${more.log}${more.world ? `, world ${more.world}` : ""}.`) : null,
   );
 }
@@ -226,6 +245,35 @@ export function namedTable(d: Diagnosis, words: Words): HTMLElement | null {
   return h("div", { class: "table-scroll" }, h("table", { class: "comparison plain" }, h("thead", {}, h("tr", {}, ...head.map((text, i) => h("th", { scope: "col", class: i < 3 ? "text" : undefined }, text)))), h("tbody", {}, ...rows)));
 }
 
+/** What fitting made of the world's own parameters. Older files have only what was found. */
+export function calibratedTable(d: Diagnosis, more: DiagnosisReport): HTMLElement | null {
+  const rows = more.calibrated ?? Object.entries(d.nominal_fit ?? {}).map(([param, found]) => ({ param, given: null, found, ci95: null }));
+  if (!rows.length) return null;
+  const head = ["parameter", "as given", "calibrated", "95 % interval"];
+  return h(
+    "div",
+    { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Calibrated parameters" },
+    h(
+      "table",
+      { class: "comparison plain" },
+      h("thead", {}, h("tr", {}, ...head.map((text, i) => h("th", { scope: "col", class: i === 0 ? "name" : undefined }, text)))),
+      h(
+        "tbody",
+        {},
+        ...rows.map(({ param, given, found, ci95 }) =>
+          h(
+            "tr",
+            {},
+            h("th", { scope: "row", class: "text" }, h("code", {}, param.replace(/^\/plant\/params\//, ""))),
+            ...[given, found].map((v) => h("td", {}, plain(v, 4))),
+            h("td", {}, ci95 && ci95[0] !== null ? `${plain(ci95[0], 4)} to ${plain(ci95[1], 4)}` : "–"),
+          ),
+        ),
+      ),
+    ),
+  );
+}
+
 function unitOf(words: Words, effect: string, param: string): string {
   const unit = wordsOf(words, effect)?.params[param]?.unit;
   return unit && unit !== "1" ? unitText(unit) : "";
@@ -237,6 +285,9 @@ function rolloutText(r: Rollout | undefined): string {
   const share = (v: number | null) => fixed(100 * (v ?? NaN), 1);
   return `${r.says}, ${share(r.change)} % (${share(r.ci95[0])} to ${share(r.ci95[1])} %)`;
 }
+
+/** Rows of the ranking that are shown, where those that were tried or named leave room for others. */
+const mostRanked = 20;
 
 export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
   const ranking = d.ranking ?? [];
@@ -250,7 +301,10 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
   const gained = (value: number | null) => (real ? `${fixed(value === null ? value : -100 * value, 1)} %` : fixed(value, 1));
   // A candidate that was not fitted has no error of its own.
   const tried = (entry: { held_out: number | null }) => entry.held_out !== null;
-  return h(
+  const kept = (entry: (typeof ranking)[number]) => tried(entry) || named.has(entry.effect);
+  let room = mostRanked - ranking.filter(kept).length;
+  const shown = ranking.filter((entry) => kept(entry) || room-- > 0);
+  const table = h(
     "div",
     { class: "table-scroll", tabindex: 0, role: "region", "aria-label": "Ranking of effects" },
     h(
@@ -260,7 +314,7 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
       h(
         "tbody",
         {},
-        ...ranking.slice(0, 20).map((entry) =>
+        ...shown.map((entry) =>
           h(
             "tr",
             { class: named.has(entry.effect) ? "chosen" : undefined },
@@ -275,6 +329,8 @@ export function rankingTable(d: Diagnosis, words: Words): HTMLElement | null {
       ),
     ),
   );
+  const left = ranking.length - shown.length;
+  return h("div", {}, table, left ? h("p", { class: "note" }, `Left out: ${left} more that ${left === 1 ? "was" : "were"} not tried.`) : null);
 }
 
 /** What the ranking's columns are of. */

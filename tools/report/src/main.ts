@@ -2,7 +2,7 @@
 import { chartRange, refreshCharts, repaintCharts, type Chart } from "./chart";
 import { ggChart, lapChart, speedDistance, timesChart, tradeOff, tyreChart, undrawable } from "./charts";
 import { Report } from "./data";
-import { casesTable, diagnosisHead, gapCharts, healthTable, namedTable, patchBox, rankingNote, rankingTable, residualCharts, residualMap, seenAtTable } from "./diagnosis";
+import { calibratedTable, casesTable, diagnosisHead, gapCharts, healthTable, namedTable, ofRealCar, patchBox, rankingNote, rankingTable, residualCharts, residualMap, seenAtTable } from "./diagnosis";
 import { h, redraw } from "./dom";
 import { Lazy } from "./figure";
 import { bindKeys, helpCard } from "./keys";
@@ -69,7 +69,7 @@ function raceSections(state: State, replay: Replay | null): Section[] {
   }
   const costs = [
     timesChart(state),
-    tradeOff(state, "pareto-pace", "Pace against safety", lastOf(meta.table.columns, /^pace_ratio\d+$/) ?? lastOf(meta.table.columns, /^lap\d+_s$/) ?? "", "violation_s"),
+    tradeOff(state, "pareto-pace", "Pace against safety", state.report.filled(/^pace_ratio\d+$/).pop() ?? state.report.filled(/^lap\d+_s$/).pop() ?? "", "violation_s"),
     tradeOff(state, "pareto-cost", "Accuracy against cost", "solve_ms_median", "mean_deviation_m"),
   ];
   if (meta.table.rows.length && costs.some(Boolean)) sections.push({ id: "costs", title: "Cost and trade-offs", content: grid(costs, "three") });
@@ -85,15 +85,13 @@ function overTimeNote(state: State): string {
   ].filter(Boolean).join(" ");
 }
 
-function lastOf(columns: string[], pattern: RegExp): string | undefined {
-  return columns.filter((name) => pattern.test(name)).pop();
-}
-
 function diagnosisSections(state: State): Section[] {
   const { diagnosis: d, diagnosis_report: more } = state.report.meta;
   if (!d) return [];
   const extra = more ?? {};
   const sections: Section[] = [{ id: "verdict", title: "What was found", content: part(diagnosisHead(d, more), namedTable(d, extra.effects)) }];
+  const calibrated = calibratedTable(d, extra);
+  if (calibrated) sections.push({ id: "calibrated", title: "Calibrated parameters", note: ofRealCar(d) ? "What the logs do not determine is not listed." : undefined, content: calibrated });
   if (extra.residual) sections.push({ id: "where", title: "Where it shows", content: part(later(() => residualMap(extra) ?? h("div"), 400), grid(residualCharts(state, extra, d), "three")) });
   if (extra.horizon || extra.traces?.length) sections.push({ id: "gap", title: "Before and after", content: grid(gapCharts(state, extra)) });
   const ranking = rankingTable(d, extra.effects);

@@ -25,7 +25,8 @@ export type Mark = Common &
     | { kind: "rule"; at: number; axis: "x" | "y"; dash?: number[]; width?: number }
     | { kind: "span"; from: number; to: number }
     | { kind: "end"; x: number; y: number; text: string }
-    | { kind: "text"; x: number; y: number; text: string }
+    /** `atEdge`: only where its place lies beyond the axes. */
+    | { kind: "text"; x: number; y: number; text: string; atEdge?: boolean }
   );
 
 /** From data to pixels. */
@@ -103,7 +104,7 @@ export function paintMarks(pen: Pen, frame: Frame, all: Mark[], lit: number | nu
   const marks = lighted(all, lit, grey);
   const right = frame.left + frame.width;
   // Labels keep clear of one another and of the points that have names.
-  const placed: Label[] = marks.flatMap((mark) => (mark.kind === "text" ? [{ x: frame.x(mark.x) - 6, y: frame.y(mark.y), width: 12 }] : []));
+  const placed: Label[] = marks.flatMap((mark) => (mark.kind === "text" && !mark.atEdge ? [{ x: frame.x(mark.x) - 6, y: frame.y(mark.y), width: 12 }] : []));
   const bottom = frame.top + frame.height;
   for (const mark of marks) {
     const alpha = mark.alpha ?? 1;
@@ -160,7 +161,11 @@ export function paintMarks(pen: Pen, frame: Frame, all: Mark[], lit: number | nu
         break;
       }
       case "text": {
-        const at = mark.lost ? clamped(frame, frame.x(mark.x), frame.y(mark.y)) : { x: frame.x(mark.x), y: frame.y(mark.y) };
+        const edge = clamped(frame, frame.x(mark.x), frame.y(mark.y));
+        if (mark.atEdge && !edge.beyond) break;
+        // The arrow beside its marker stays readable.
+        if (mark.atEdge) placed.push({ x: edge.x + 9, y: edge.y, width: 8 });
+        const at = mark.lost ? edge : { x: frame.x(mark.x), y: frame.y(mark.y) };
         const { x, y } = placeLabel(frame, placed, at.x, at.y, mark.text.length * 6.2);
         pen.text(x, y, mark.text, { color, size: 11 });
         break;

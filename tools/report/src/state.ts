@@ -94,14 +94,22 @@ export class State {
     this.updateEnd();
     this.clock.t = this.demoLap()[0];
   }
-  /** The stack that knows friction best without having been told it. */
+  /** Of the stacks that were not told the truth and finished, the one whose last lap and time outside together are least. */
   private mostInteresting(): number {
-    const { meta } = this.report;
-    const error = this.report.column("mu_rmse");
+    const { report } = this;
+    const { meta } = report;
+    const lastLap = report.filled(/^lap\d+_s$/).pop() ?? "";
+    const value = (row: TableRow, column: string) => row.values[report.column(column)] ?? Infinity;
+    const outside = (row: TableRow) => value(row, "violation_s");
+    // Who did not finish was not outside after that.
+    const lost = (row: TableRow) => Number(report.finished(row) === 0);
+    const ranks = (row: TableRow) => [lost(row), value(row, lastLap) + outside(row), outside(row)];
     const own = meta.table.rows.filter((row) => !meta.stacks[row.stack].truth && meta.runs.some((run) => run.stack === row.stack && run.block));
-    // Who did not finish knows less than it seems.
-    const lost = (row: TableRow) => Number(this.report.finished(row) === 0);
-    own.sort((a, b) => lost(a) - lost(b) || (a.values[error] ?? Infinity) - (b.values[error] ?? Infinity));
+    own.sort((a, b) => {
+      const [first, second] = [ranks(a), ranks(b)];
+      const at = first.findIndex((v, i) => v !== second[i]);
+      return at < 0 ? 0 : first[at] - second[at];
+    });
     return own[0]?.stack ?? Math.max(0, meta.runs.find((run) => run.block)?.stack ?? 0);
   }
   data(stack: number): RunData | undefined {

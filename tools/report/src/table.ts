@@ -1,5 +1,5 @@
 // The comparison table, and the claims.
-import { decimalsFor, fixed, h, plain, prose, redraw } from "./dom";
+import { decimalsFor, fixed, h, percent, plain, prose, redraw } from "./dom";
 import { measure, type Measure } from "./measures";
 import type { State } from "./state";
 import { swatch } from "./swatch";
@@ -246,10 +246,10 @@ function claimMeasure(state: State, text: string): Measure | null {
   return name ? measure(name) : null;
 }
 
-/** "0.46 against 4.32 s, in 4 of 5 runs" */
-function claimDetail(state: State, { text, values, why }: Claim): string {
+/** "0.46 against 4.32 s, in 4 of 5 runs"; of one that single runs refute, that they do: its medians look true. */
+function claimDetail(state: State, { text, holds, values, why }: Claim): string {
   if (!values) return why;
-  const { left, right, runs_held: held, runs } = values;
+  const { left, right, medians_hold, runs_held: held, runs, share } = values;
   const sides = [left, right].filter((v): v is number => typeof v === "number" && Number.isFinite(v));
   const m = claimMeasure(state, text);
   // Both sides with the same decimals, as many as it takes to see that they differ.
@@ -258,7 +258,13 @@ function claimDetail(state: State, { text, values, why }: Claim): string {
   const decimals = Math.max(m?.decimals ?? 0, apart > 0 ? Math.min(6, decimalsFor(apart, 1)) : m ? 0 : decimalsFor(most, 4));
   const side = (v: number | null | undefined) => (Math.abs(v ?? 0) >= 1e6 ? plain(v, 4) : fixed(v, decimals));
   const unit = m?.unit && m.unit !== "1" ? ` ${m.unit}` : "";
-  return [sides.length ? `${side(left)} against ${side(right)}${unit}` : "", runs && runs > 1 && held !== undefined ? `in ${held} of ${runs} runs` : "", why].filter(Boolean).join(", ");
+  const byRuns = holds === false && medians_hold && share !== undefined;
+  const inRuns = runs && runs > 1 && held !== undefined ? `in ${held} of ${runs} runs` : "";
+  return [
+    sides.length ? `${side(left)} against ${side(right)}${unit}${byRuns ? " at the median" : ""}` : "",
+    byRuns ? `but holds ${inRuns || "in no run"}, ${percent(share)} wanted` : inRuns,
+    why,
+  ].filter(Boolean).join(", ");
 }
 
 /** The claims that were decided, and those that were not, put aside where they are many. */

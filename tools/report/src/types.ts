@@ -48,7 +48,7 @@ export interface Claim {
   text: string;
   /** null: it was not decided, `why` says the reason. */
   holds: boolean | null;
-  values: { left?: number | null; right?: number | null; runs_held?: number; runs?: number } | null;
+  values: { left?: number | null; right?: number | null; medians_hold?: boolean; runs_held?: number; runs?: number; share?: number } | null;
   why: string;
 }
 
@@ -132,6 +132,8 @@ export interface DiagnosisReport {
   sentence?: string;
   log?: string;
   world?: string;
+  /** The world's own parameters that were refitted. */
+  calibrated?: { param: string; given: number | null; found: number | null; ci95: Range | null }[];
   track?: Record<string, Numbers>;
   residual?: Record<string, Numbers>;
   horizon?: { horizon_s: Numbers; before: Numbers; after: Numbers };

@@ -386,6 +386,14 @@ async function checkDownloads(page) {
   }
 }
 
+/** What stands in the SVG file that a figure hands out. */
+async function checkSvgs(page, texts) {
+  for (const [figure, text] of Object.entries(texts)) {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click(`#figure-${figure} .figure-tools button:text-is("SVG")`)]);
+    check(readFileSync(await download.path(), "utf8").includes(`>${text}<`), `${download.suggestedFilename()} shows ${JSON.stringify(text)}`);
+  }
+}
+
 async function buildAll(page) {
   const height = await page.evaluate(() => document.documentElement.scrollHeight);
   for (let y = 0; y < height; y += 700) {
@@ -456,6 +464,7 @@ async function checkPage(browser, spec) {
   }
   for (const [first, then] of Object.entries(spec.before ?? {})) check(words.indexOf(first) >= 0 && words.indexOf(first) < words.indexOf(then), `${JSON.stringify(first)} stands before ${JSON.stringify(then)}`);
   if (spec.lost) await checkLost(page, spec.lost);
+  if (spec.svgs) await checkSvgs(page, spec.svgs);
   if (spec.chosen) await checkChosen(page, spec.chosen);
   if (spec.many_laps) await checkManyLaps(page, spec.many_laps);
   if (spec.late_tyres) await checkLateTyres(page, spec.late_tyres);

@@ -258,6 +258,15 @@ bool MissingEffects::noise_too_large() const {
   return noise > 0.0 && found < least * noise;
 }
 
+std::vector<calibrate::FittedParameter> MissingEffects::own_parameters() const {
+  std::vector<calibrate::FittedParameter> own;
+  std::ranges::copy_if(parameters, std::back_inserter(own), [&](const calibrate::FittedParameter& p) {
+    const auto owns = [&](const MissingEffect& n) { return n.addition.owns(p.unknown.pointer); };
+    return !p.unknown.observer && std::ranges::none_of(named, owns);
+  });
+  return own;
+}
+
 MissingEffects find_missing(const Node& tree, const WorldSpec& spec, const Registry& registry,
                             const measured::LogMap& map, const std::list<measured::SessionFile>& files,
                             const std::list<measured::SessionFile>& held_out, const MissingOptions& options,

@@ -101,6 +101,8 @@ struct MissingEffects {
   Node world;                                            // that world
   WorldSpec spec;                                        // its car, with parameters as given
   std::vector<double> params;                            // of a forecaster of that car, as found
+  /// Of `parameters` those of the world as given: neither the observer's nor those of effects named.
+  std::vector<calibrate::FittedParameter> own_parameters() const;
 };
 
 /// `tree` and `spec` are one world. The second half of every 10 to 40 s of `files` is validation time, which chooses

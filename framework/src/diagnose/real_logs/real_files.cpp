@@ -48,6 +48,20 @@ Node sessions_node(std::span<const SessionChange> sessions) {
   return Node(std::move(out));
 }
 
+/// What calibration made of the world's own parameters that the logs determine.
+Node calibrated_node(const MissingEffects& found) {
+  Node::Array out;
+  for (const calibrate::FittedParameter& p : found.own_parameters()) {
+    Node row = Node::empty_object();
+    row.set("param", Node(p.unknown.pointer));
+    row.set("given", number_or_null(p.unknown.prior));
+    row.set("found", number_or_null(p.value));
+    row.set("ci95", interval_node(p.interval.low, p.interval.high));
+    out.push_back(std::move(row));
+  }
+  return Node(std::move(out));
+}
+
 /// What effects are, in the words of their plugins.
 Node words_of_effects(const Registry& registry) {
   Node out = Node::empty_object();
@@ -94,8 +108,8 @@ void write_real_diagnosis(const std::filesystem::path& folder, const Diagnosis& 
   write_file(folder / "augmented_world.json", to_json_text(augmented));
 }
 
-Node real_report(const Diagnosis& d, const std::string& world_file, const Registry& registry,
-                 const std::list<measured::SessionFile>& files) {
+Node real_report(const Diagnosis& d, const MissingEffects& found, const std::string& world_file,
+                 const Registry& registry, const std::list<measured::SessionFile>& files) {
   Node out = Node::empty_object();
   out.set("sentence", Node(d.sentence));
   std::string logs;
@@ -116,6 +130,7 @@ Node real_report(const Diagnosis& d, const std::string& world_file, const Regist
   out.set("log", Node(logs));
   out.set("world", Node(world_file));
   out.set("effects", words_of_effects(registry));
+  out.set("calibrated", calibrated_node(found));
   out.set("health", Node(std::move(health)));
   return out;
 }

@@ -19,9 +19,9 @@ Node real_diagnosis_json(const Diagnosis& d, const MissingEffects& found, const 
 void write_real_diagnosis(const std::filesystem::path& folder, const Diagnosis& d, const MissingEffects& found,
                           const Cornering& corners);
 
-/// diagnosis_report.json: the sentence, the logs with what was found about them, and effects in the words of their
-/// plugins.
-Node real_report(const Diagnosis& d, const std::string& world_file, const Registry& registry,
-                 const std::list<measured::SessionFile>& files);
+/// diagnosis_report.json: the sentence, the logs with what was found about them, the calibrated parameters, and effects
+/// in the words of their plugins.
+Node real_report(const Diagnosis& d, const MissingEffects& found, const std::string& world_file,
+                 const Registry& registry, const std::list<measured::SessionFile>& files);
 
 }  // namespace gripline::diagnose

@@ -47,14 +47,9 @@ std::string named_table(const MissingEffects& found) {
 
 std::string calibrated_table(const MissingEffects& found) {
   std::string rows;
-  for (const calibrate::FittedParameter& p : found.parameters) {
-    const calibrate::Unknown& u = p.unknown;
-    const bool named =
-        std::ranges::any_of(found.named, [&](const MissingEffect& n) { return n.addition.owns(u.pointer); });
-    if (u.observer || named) continue;
-    rows += padded(u.pointer, 45) +
-            format(" %10.4g %10.4g   %.4g to %.4g\n", u.prior, p.value, p.interval.low, p.interval.high);
-  }
+  for (const calibrate::FittedParameter& p : found.own_parameters())
+    rows += padded(p.unknown.pointer, 45) +
+            format(" %10.4g %10.4g   %.4g to %.4g\n", p.unknown.prior, p.value, p.interval.low, p.interval.high);
   return rows.empty() ? rows : "\ncalibrated                                         start      found   95 %\n" + rows;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "diagnose/inference/hold_out.hpp"
+#include "util/statistics.hpp"
 
 namespace gripline::diagnose {
 namespace {
@@ -128,6 +129,25 @@ Node traces_node(const Diagnosis& d, const Diagnoser& diagnoser) {
   return Node(std::move(out));
 }
 
+/// The nominal model's parameters that were refitted.
+Node calibrated_node(const Diagnosis& d, const Catalogue& catalogue) {
+  Node::Array out;
+  const std::span<const Nuisance> all = catalogue.nuisances();
+  const std::size_t free = d.fit.theta.size();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto refitted = std::ranges::find(d.nominal_fit, all[i].name, &std::pair<std::string, double>::first);
+    if (all[i].delay || refitted == d.nominal_fit.end()) continue;
+    const double half = i < free ? normal_95 * std::sqrt(std::max(0.0, d.fit.covariance[i * free + i])) : not_a_number;
+    Node one = Node::empty_object();
+    one.set("param", Node(all[i].name));
+    one.set("given", shown_number(all[i].nominal));
+    one.set("found", shown_number(refitted->second));
+    one.set("ci95", Node(Node::Array{shown_number(refitted->second - half), shown_number(refitted->second + half)}));
+    out.push_back(std::move(one));
+  }
+  return Node(std::move(out));
+}
+
 /// What every candidate is, in the words of its plugin.
 Node effects_node(const Catalogue& catalogue) {
   Node out = Node::empty_object();
@@ -156,6 +176,7 @@ Node report_data(const Diagnosis& d, const Diagnoser& diagnoser, const std::stri
   out.set("log", Node(log));
   out.set("world", Node(world));
   out.set("effects", effects_node(diagnoser.catalogue()));
+  out.set("calibrated", calibrated_node(d, diagnoser.catalogue()));
   out.set("track", track_node(diagnoser.road().track()));
   out.set("residual", residual_node(d, diagnoser));
   ColumnTable horizon({"horizon_s", "before", "after"});

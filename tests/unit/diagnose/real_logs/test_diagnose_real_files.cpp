@@ -35,5 +35,25 @@ TEST(RealFiles, AnUndersteerThatIsNotToldHasItsReason) {
   EXPECT_EQ(json.find("understeer_reason")->text(), "they are short");
 }
 
+TEST(RealFiles, TheReportHasTheCalibratedParameters) {
+  MissingEffects found;
+  for (const char* pointer : {"/plant/params/Dr", "/calibration/observer/yaw"}) {
+    calibrate::FittedParameter& one = found.parameters.emplace_back();
+    one.unknown.pointer = pointer;
+    one.unknown.prior = 6500.0;
+    one.unknown.observer = one.unknown.pointer.starts_with("/calibration");
+    one.value = 5084.0;
+    one.interval.low = 4901.0;
+    one.interval.high = 5273.0;
+  }
+  const Node report =
+      real_report(real_diagnosis(found, {}, {}), found, "w.json", Registry(std::vector<std::filesystem::path>()), {});
+  ASSERT_EQ(report.find("calibrated")->array().size(), 1u);
+  EXPECT_EQ(find_pointer(report, "/calibrated/0/param")->text(), "/plant/params/Dr");
+  EXPECT_EQ(find_pointer(report, "/calibrated/0/given")->number(), 6500.0);
+  EXPECT_EQ(find_pointer(report, "/calibrated/0/found")->number(), 5084.0);
+  EXPECT_EQ(find_pointer(report, "/calibrated/0/ci95/1")->number(), 5273.0);
+}
+
 }  // namespace test_diagnose_real_files
 }  // namespace gripline::diagnose

@@ -123,5 +123,27 @@ TEST(DiagnoseReportData, TracesOfTheLogFittedAreOfARefitWithoutThem) {
   EXPECT_GT(off(after, by(d.fit)), 5.0 * off_expected);
 }
 
+/// Parameters that were refitted stand with what the world gave and an interval around what was found.
+TEST(DiagnoseReportData, RefittedParametersStandBesideTheGivenOnes) {
+  DiagnoseRig rig;
+  CaseOptions options;
+  options.uncertainty = {{"Df", 0.02}};
+  LogFile log;
+  log.stretches.push_back(rig.simulate(rig.with("drive_gain", {0.12}), {.seconds = 20, .seed = 61}));
+  Diagnoser diagnoser(rig.world(), rig.registry(), options);
+  const Diagnosis d = diagnoser.run({&log, 1}, {});
+  const Node report = report_data(d, diagnoser, "log", "world", Node::empty_object());
+  ASSERT_EQ(d.nominal_fit.size(), 1U) << d.sentence;
+  ASSERT_EQ(report.find("calibrated")->array().size(), 1U);
+  EXPECT_EQ(find_pointer(report, "/calibrated/0/param")->text(), "Df");
+  const auto number = [&](const char* key) {
+    return find_pointer(report, std::string("/calibrated/0/") + key)->number();
+  };
+  EXPECT_NEAR(number("given"), rig.catalogue().nominal("Df"), 1e-5 * number("given"));
+  EXPECT_NEAR(number("found"), d.nominal_fit.front().second, 1e-5 * number("found"));
+  EXPECT_LT(number("ci95/0"), number("found"));
+  EXPECT_GT(number("ci95/1"), number("found"));
+}
+
 }  // namespace test_diagnose_report_data
 }  // namespace gripline::diagnose
