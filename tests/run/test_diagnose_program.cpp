@@ -171,6 +171,22 @@ TEST_F(DiagnoseProgram, InputThatIsNoneEndsWithTwo) {
   EXPECT_THAT(unknown_effect.err, HasSubstr("did you mean \"aero_drag\"?"));
 }
 
+/// A world that the diagnosis has no room for is refused before anything is driven.
+TEST_F(DiagnoseProgram, AnExperimentOfTooManyHiddenStatesIsNotDriven) {
+  std::ofstream(in("states.json"))
+      << "{\"extends\": \"" << worlds << "diagnose_rc43.json\", \"plant\": {\"effects\": ["
+      << R"({"plugin": "relaxation"}, {"plugin": "relaxation"}, {"plugin": "steer_lag"}]}})";
+  const Outcome refused =
+      gripline_with({"compare", source_dir() / "experiments/diagnose/hidden_1_43.json", "--set",
+                     "/nominal=\"" + in("states.json").string() + "\"", "--out", in("states").string()});
+  EXPECT_EQ(refused.code, 2) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("states.json:1:"));
+  EXPECT_THAT(
+      refused.err,
+      HasSubstr("/plant/effects: these effects have 5 hidden states (relaxation 2, relaxation 2, steer_lag 1)"));
+  EXPECT_FALSE(fs::exists(in("states/drag"))) << "driven before it was read";
+}
+
 /// An experiment of kind "diagnose", cut to one case.
 TEST_F(DiagnoseProgram, AnExperimentDrivesDiagnosesAndJudges) {
   const std::string file = source_dir() / "experiments/diagnose/hidden_1_43.json";

@@ -161,11 +161,18 @@ ModelSpec Catalogue::without(const ModelSpec& model, std::size_t candidate) cons
   return less;
 }
 
+std::vector<std::pair<std::string, std::size_t>> Catalogue::own_states() const {
+  std::vector<std::pair<std::string, std::size_t>> states;
+  for (const Own& own : own_)
+    if (own.effect->memory() > 0) states.emplace_back(own.id, static_cast<std::size_t>(own.effect->memory()));
+  return states;
+}
+
 std::size_t Catalogue::hidden_states(const ModelSpec& model) const {
-  int states = 0;
-  for (const Own& own : own_) states += own.effect->memory();
-  for (const std::size_t member : model.members) states += candidates_[member].effect->memory();
-  return static_cast<std::size_t>(states);
+  std::size_t sum = 0;
+  for (const auto& [id, states] : own_states()) sum += states;
+  for (const std::size_t member : model.members) sum += static_cast<std::size_t>(candidates_[member].effect->memory());
+  return sum;
 }
 
 bool Catalogue::fits_filter(const ModelSpec& model, std::initializer_list<std::size_t> beside) const {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "car/effect_order.hpp"
@@ -82,6 +83,8 @@ class Catalogue {
   /// The model with one more effect at its start values.
   ModelSpec with(const ModelSpec& model, std::size_t candidate) const;
   ModelSpec without(const ModelSpec& model, std::size_t candidate) const;
+  /// Ids of the world's own effects that have hidden states, as the world lists them, and how many.
+  std::vector<std::pair<std::string, std::size_t>> own_states() const;
   /// Hidden states of a model's car: those of the world's own effects and of the members.
   std::size_t hidden_states(const ModelSpec& model) const;
   /// Whether a model with these candidates beside its members has no more hidden states than the filter takes

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "config/errors.hpp"
 #include "diagnose/inference/evaluation.hpp"
 #include "diagnose/inference/late_place.hpp"
 #include "diagnose/inference/preparation.hpp"
@@ -86,6 +87,19 @@ Diagnosis with_sentence(Diagnosis d) {
   return d;
 }
 
+/// A world whose own effects have more hidden states than the filter takes is refused where it lists them, before
+/// anything is searched.
+void check_hidden_states(const WorldSpec& world, const Catalogue& catalogue) {
+  const ModelSpec own = catalogue.null_model();
+  if (catalogue.fits_filter(own)) return;
+  std::string list;
+  for (const auto& [id, states] : catalogue.own_states())
+    list += (list.empty() ? "" : ", ") + id + " " + std::to_string(states);
+  throw InputError(world.vehicle.effects_at, "these effects have " + std::to_string(catalogue.hidden_states(own)) +
+                                                 " hidden states (" + list + "); diagnose takes at most " +
+                                                 std::to_string(max_memory));
+}
+
 /// Asked before any member is made of the model.
 const WorldSpec& with_model(const WorldSpec& world) {
   require_vehicle_model(world, "diagnose");
@@ -99,6 +113,7 @@ Diagnoser::Diagnoser(const WorldSpec& world, const Registry& registry, const Cas
       options_(options),
       catalogue_(world.vehicle, world.car.car, registry, options.exclude),
       road_(world.track) {
+  check_hidden_states(world, catalogue_);
   check_excluded(options, catalogue_);
   catalogue_.set_nuisances(uncertain_parameters(options, catalogue_));
 }

@@ -10,6 +10,22 @@ namespace test_diagnose_diagnoser {
 
 using test::DiagnoseRig;
 
+/// What the filter has no room for is said where the world lists it, and not in the middle of a search.
+TEST(Diagnoser, RefusesAWorldOfTooManyHiddenStatesAtItsPlace) {
+  const DiagnoseRig rig({}, {}, R"({"plant": {"effects": [
+    {"plugin": "steer_lag", "params": {"tau": 0.02}}, {"plugin": "motor_lag", "params": {"tau": 0.06}},
+    {"plugin": "aero_drag", "params": {"a": 0.1}}, {"plugin": "brake_fade", "params": {"k": 0.1}},
+    {"plugin": "relaxation", "params": {"sigma": 0.02}}]}})");
+  try {
+    Diagnoser(rig.world(), rig.registry(), {});
+    FAIL() << "not refused";
+  } catch (const InputError& refused) {
+    EXPECT_STREQ(refused.what(),
+                 "patch:1:23: /plant/effects: these effects have 5 hidden states (steer_lag 1, motor_lag 1, brake_fade "
+                 "1, relaxation 2); diagnose takes at most 4");
+  }
+}
+
 /// What was met once may belong to the place or to the time.
 TEST(Diagnoser, IsLessSureOfAPlacePassedOnce) {
   DiagnoseRig rig;
