@@ -294,5 +294,24 @@ TEST_F(DiagnoseProgram, AScorecardOutlivesABadCase) {
   EXPECT_THAT(both.err, HasSubstr("--score takes a folder of cases and nothing else"));
 }
 
+/// Nor does a case that breaks cost the others their scores: here its results have no place to be written to.
+TEST_F(DiagnoseProgram, AScorecardOutlivesACaseThatBreaks) {
+  const fs::path folder = in("broken/cases");
+  fs::create_directories(folder);
+  fs::create_directories(in("broken/out"));
+  fs::copy(in("blind/tracks"), in("broken/tracks"));
+  for (const char* kind : {"none_white", "single_white"})
+    fs::copy(case_of(kind), folder / kind, fs::copy_options::recursive);
+  std::ofstream(in("broken/out/none_white")) << "a file";
+  const Outcome broken = gripline_with({"diagnose", "--score", folder.string(), "--out", in("broken/out").string()});
+  EXPECT_EQ(broken.code, 4);
+  EXPECT_THAT(broken.err, HasSubstr("not scored: none_white: "));
+  EXPECT_THAT(broken.out, HasSubstr("1 of 2 cases are in these figures"));
+  const auto rows = rows_of(in("broken/out/score.csv"));
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows.front().at("case"), "single_white");
+  EXPECT_TRUE(fs::exists(in("broken/out/scorecard.txt")));
+}
+
 }  // namespace test_diagnose_program
 }  // namespace gripline
