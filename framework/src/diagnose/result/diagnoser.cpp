@@ -95,9 +95,9 @@ void check_hidden_states(const WorldSpec& world, const Catalogue& catalogue) {
   std::string list;
   for (const auto& [id, states] : catalogue.own_states())
     list += (list.empty() ? "" : ", ") + id + " " + std::to_string(states);
-  throw InputError(world.vehicle.effects_at, "these effects have " + std::to_string(catalogue.hidden_states(own)) +
-                                                 " hidden states (" + list + "); diagnose takes at most " +
-                                                 std::to_string(max_memory));
+  throw InputError(world.vehicle.effects_read.origin,
+                   "these effects have " + std::to_string(catalogue.hidden_states(own)) + " hidden states (" + list +
+                       "); diagnose takes at most " + std::to_string(max_memory));
 }
 
 /// Asked before any member is made of the model.
