@@ -184,9 +184,11 @@ bool Diagnoser::put_late_place_for_lever(std::vector<ChannelDelay>& delays, std:
     keep_open(delays, logs, catalogue_);
     return false;
   }
-  Fit fitted = fit(problem, with_delays_for_lever(catalogue_, found.model), found.noise);
+  const FitOptions as_found{.purpose = FitFor::result};
+  constexpr int first_iterations = 8;
+  Fit fitted = fit(problem, with_delays_for_lever(catalogue_, found.model), found.noise, first_iterations, as_found);
   smooth_reference(problem, road_, fitted);
-  fitted = fit(problem, fitted.model, fitted.noise, thresholds::result_iterations);
+  fitted = fit(problem, fitted.model, fitted.noise, thresholds::result_iterations, as_found);
   with_place.front() = refined(with_place.front(), catalogue_, fitted);
   keep_open(delays, logs, catalogue_);  // as the lever was found
   if (!(fitted.cost + thresholds::equal_evidence < evaluate(with_lever, found.model, found.noise).cost)) return false;
@@ -219,8 +221,7 @@ Findings Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFil
   if (!refined.theta.empty()) {
     // Along the trajectory that the found model smooths: changes its parameters by a per mille or so.
     smooth_reference(problem_, road_, refined);
-    problem_.final_model = true;
-    refined = fit(problem_, refined.model, refined.noise, thresholds::result_iterations);
+    refined = fit(problem_, refined.model, refined.noise, thresholds::result_iterations, {.purpose = FitFor::result});
   }
   at(7, "measuring the gap");
   const Judgement judged = judge_by_predictions(found, hold_out, {.delays_taken_off = delays_taken_off},
