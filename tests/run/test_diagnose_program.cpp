@@ -171,6 +171,22 @@ TEST_F(DiagnoseProgram, InputThatIsNoneEndsWithTwo) {
   EXPECT_THAT(unknown_effect.err, HasSubstr("did you mean \"aero_drag\"?"));
 }
 
+/// A world that the diagnosis has no room for is refused before anything is driven.
+TEST_F(DiagnoseProgram, AnExperimentOfTooManyHiddenStatesIsNotDriven) {
+  std::ofstream(in("states.json"))
+      << "{\"extends\": \"" << worlds << "diagnose_rc43.json\", \"plant\": {\"effects\": ["
+      << R"({"plugin": "relaxation"}, {"plugin": "relaxation"}, {"plugin": "steer_lag"}]}})";
+  const Outcome refused =
+      gripline_with({"compare", source_dir() / "experiments/diagnose/hidden_1_43.json", "--set",
+                     "/nominal=\"" + in("states.json").string() + "\"", "--out", in("states").string()});
+  EXPECT_EQ(refused.code, 2) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("states.json:1:"));
+  EXPECT_THAT(
+      refused.err,
+      HasSubstr("/plant/effects: these effects have 5 hidden states (relaxation 2, relaxation 2, steer_lag 1)"));
+  EXPECT_FALSE(fs::exists(in("states/drag"))) << "driven before it was read";
+}
+
 /// An experiment of kind "diagnose", cut to one case.
 TEST_F(DiagnoseProgram, AnExperimentDrivesDiagnosesAndJudges) {
   const std::string file = source_dir() / "experiments/diagnose/hidden_1_43.json";
@@ -276,6 +292,25 @@ TEST_F(DiagnoseProgram, AScorecardOutlivesABadCase) {
   const Outcome both = gripline_with({"diagnose", "--score", folder.string(), worlds + "diagnose_rc43.json"});
   EXPECT_EQ(both.code, 2);
   EXPECT_THAT(both.err, HasSubstr("--score takes a folder of cases and nothing else"));
+}
+
+/// Nor does a case that breaks cost the others their scores: here its results have no place to be written to.
+TEST_F(DiagnoseProgram, AScorecardOutlivesACaseThatBreaks) {
+  const fs::path folder = in("broken/cases");
+  fs::create_directories(folder);
+  fs::create_directories(in("broken/out"));
+  fs::copy(in("blind/tracks"), in("broken/tracks"));
+  for (const char* kind : {"none_white", "single_white"})
+    fs::copy(case_of(kind), folder / kind, fs::copy_options::recursive);
+  std::ofstream(in("broken/out/none_white")) << "a file";
+  const Outcome broken = gripline_with({"diagnose", "--score", folder.string(), "--out", in("broken/out").string()});
+  EXPECT_EQ(broken.code, 4);
+  EXPECT_THAT(broken.err, HasSubstr("not scored: none_white: "));
+  EXPECT_THAT(broken.out, HasSubstr("1 of 2 cases are in these figures"));
+  const auto rows = rows_of(in("broken/out/score.csv"));
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows.front().at("case"), "single_white");
+  EXPECT_TRUE(fs::exists(in("broken/out/scorecard.txt")));
 }
 
 }  // namespace test_diagnose_program

@@ -1,9 +1,9 @@
 // gripline diagnose WORLD.json LOG.csv...: name the missing effect, add it, show the gap shrink.
 // With --map, or a world without a road, logs are of a real car: diagnose_real.hpp.
 // gripline diagnose --score CASES: cases with answers, all of them, and a scorecard.
+#include <algorithm>
 #include <boost/dll/runtime_symbol_info.hpp>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 
 #include "cli/options.hpp"
@@ -18,6 +18,7 @@
 #include "experiment/result_files.hpp"
 #include "gripline/command.hpp"
 #include "gripline/diagnose_real.hpp"
+#include "plugin/registry.hpp"
 #include "util/numbers.hpp"
 #include "util/progress.hpp"
 #include "util/signals.hpp"
@@ -54,6 +55,32 @@ std::string one_line(const std::exception& e) {
   return text.substr(0, text.find('\n'));
 }
 
+/// What became of a folder's cases.
+struct Scored {
+  std::vector<diagnose::CaseScore> scores;
+  std::vector<std::string> failed;  // why a case has no score, in words
+  Exit code = good;                 // the largest of the failures'
+
+  void fail(Exit with, std::string why) {
+    failed.push_back(std::move(why));
+    code = std::max(code, with);
+  }
+};
+
+/// Scores one case. What goes wrong in it costs no other case its score.
+void score_one(const fs::path& folder, const fs::path& out, const Registry& registry, Scored& scored) {
+  const std::string name = folder.filename().string();
+  try {
+    scored.scores.push_back(diagnose::score_case(folder, registry, world_of, out / name));
+  } catch (const InputError& e) {
+    scored.fail(bad_input, one_line(e));
+  } catch (const PluginError& e) {
+    scored.fail(plugin_unusable, name + ": " + escape_control(one_line(e)));
+  } catch (const std::exception& e) {
+    scored.fail(run_broke, name + ": " + escape_control(one_line(e)));
+  }
+}
+
 int score(const fs::path& cases, const fs::path& out, const Registry& registry) {
   if (!fs::is_directory(cases)) throw InputError(cases.string() + ": no such folder");
   const std::vector<fs::path> folders = diagnose::case_folders(cases);
@@ -61,35 +88,27 @@ int score(const fs::path& cases, const fs::path& out, const Registry& registry) 
   if (std::none_of(folders.begin(), folders.end(), [](const fs::path& f) { return fs::exists(f / "answer.json"); }))
     throw InputError(cases.string() + ": none of its " + std::to_string(folders.size()) +
                      " cases has an answer.json, so there is nothing to score; diagnose them one by one");
-  std::vector<diagnose::CaseScore> scores;
-  std::vector<std::string> failed;
+  Scored scored;
   const StopSignal stop(StopSignal::Reaction::note_then_end, run_broke);
   Progress progress(std::cerr, "diagnose", folders.size());
   std::size_t tried = 0;
   for (const fs::path& folder : folders) {
     if (StopSignal::seen()) break;
     progress.advance(tried++, folder.filename().string());
-    try {
-      scores.push_back(diagnose::score_case(folder, registry, world_of, out / folder.filename()));
-    } catch (const InputError& e) {
-      failed.push_back(one_line(e));
-    }
+    score_one(folder, out, registry, scored);
   }
   progress.finish();
-  for (const std::string& why : failed) std::cerr << "not scored: " << why << '\n';
+  for (const std::string& why : scored.failed) std::cerr << "not scored: " << why << '\n';
   if (StopSignal::seen()) std::cerr << "interrupted: " << tried << " of " << folders.size() << " cases are diagnosed\n";
-  if (!scores.empty()) {
-    fs::create_directories(out);
-    write_file(out / result_files::score, diagnose::score_csv(scores));
-    const std::string card = diagnose::scorecard(scores);
-    write_file(out / result_files::scorecard, card);
-    std::cout << card;
-    if (scores.size() < folders.size())
-      std::cout << scores.size() << " of " << folders.size() << " cases are in these figures\n";
-    std::cout << "scores: " << (out / result_files::score).string() << '\n';
-  }
-  if (StopSignal::seen()) return run_broke;
-  return failed.empty() ? good : bad_input;
+  fs::create_directories(out);
+  write_file(out / result_files::score, diagnose::score_csv(scored.scores));
+  const std::string card = diagnose::scorecard(scored.scores);
+  write_file(out / result_files::scorecard, card);
+  std::cout << card;
+  if (scored.scores.size() < folders.size())
+    std::cout << scored.scores.size() << " of " << folders.size() << " cases are in these figures\n";
+  std::cout << "scores: " << (out / result_files::score).string() << '\n';
+  return StopSignal::seen() ? run_broke : scored.code;
 }
 
 void print(const diagnose::Diagnosis& d) {

@@ -118,6 +118,7 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
   ObjectReader r(node, errors);
   spec.model = read_plugin(r, abi::Kind::vehicle, registry, car.known);
   const std::span<const Node> effects = r.array("effects", false);
+  if (const Node* const list = node.find("effects"); list != nullptr) spec.effects_read = *list;
   for (const Node& one : effects) {
     ObjectReader effect(one, errors);
     spec.effects.push_back(read_plugin(effect, abi::Kind::effect, registry));

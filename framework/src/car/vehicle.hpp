@@ -30,6 +30,7 @@ void check_known_params(const Node& car, const Registry& registry, Errors& error
 struct VehicleSpec {
   PluginSpec model;
   std::vector<PluginSpec> effects;
+  Node effects_read;  // their list as it is written, whatever becomes of `effects`; null where there is none
   Integration integration;
 };
 /// What becomes of readings of this car: a world's sensors show them; a stack predicts states with its model and asks

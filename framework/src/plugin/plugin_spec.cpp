@@ -71,6 +71,18 @@ abi::ParamValue read_value(const Node& node, const abi::ParamDecl& decl, PluginS
   return {read_number(node, decl.unit, range, errors), {}};
 }
 
+/// What read_table reads as this table.
+Node table_node(const Table& table) {
+  if (table.rows == 0) return Node::null();
+  Node::Array rows;
+  for (std::size_t r = 0; r < table.rows; ++r) {
+    Node::Array row;
+    for (std::size_t c = 0; c < table.cols; ++c) row.emplace_back(table.at(r, c));
+    rows.emplace_back(std::move(row));
+  }
+  return Node(std::move(rows));
+}
+
 /// What is known of the car under a parameter's name. Nobody held it to the parameter: a number that is no whole one
 /// would be made one in the plugin.
 double known_value(double known, const abi::ParamDecl& decl, ObjectReader& reader) {
@@ -143,6 +155,21 @@ std::vector<std::string> choice_names(const abi::ParamDecl& decl) {
   std::stringstream stream(decl.choices);
   for (std::string name; std::getline(stream, name, '|');) names.push_back(name);
   return names;
+}
+
+Node param_node(const abi::ParamDecl& decl, const abi::ParamValue& value) {
+  switch (decl.type) {
+    case abi::ParamType::boolean:
+      return Node(value.number != 0.0);
+    case abi::ParamType::choice:
+      return Node(choice_names(decl).at(static_cast<std::size_t>(value.number)));
+    case abi::ParamType::table:
+      return table_node(value.table);
+    case abi::ParamType::number:
+    case abi::ParamType::integer:
+      break;
+  }
+  return number_or_null(value.number);
 }
 
 std::vector<double> PluginSpec::numbers() const {

@@ -30,6 +30,10 @@ using KnownParams = std::map<std::string, double>;
 /// The words of a parameter that is a choice; its numbers are their indices, from 0.
 std::vector<std::string> choice_names(const abi::ParamDecl& decl);
 
+/// A value as read_plugin reads it: a word for a choice, rows for a table, wherever it was read from. Null, which is read
+/// as the default, for a table without rows and a number that is not finite.
+Node param_node(const abi::ParamDecl& decl, const abi::ParamValue& value);
+
 /// Reads "plugin" and "params" from an object; other keys are the caller's. A parameter not given takes its value from
 /// `known`, else its default. Where there is no such plugin the spec is empty, its parameters are not checked, and
 /// throw_if_any() of the reader's errors throws PluginError if nothing else is wrong.

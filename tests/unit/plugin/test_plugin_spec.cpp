@@ -11,6 +11,7 @@ namespace test_plugin_spec {
 
 using testing::AllOf;
 using testing::ElementsAre;
+using testing::ElementsAreArray;
 using testing::HasSubstr;
 using testing::Not;
 using namespace testing_support;
@@ -91,6 +92,18 @@ TEST(PluginSpec, ATableMayBeACsvFileBesideTheJson) {
   write_text(folder / "curve.csv", "x,y\n0,1\n2,3\n");
   const Node node = parse_text(R"({"plugin": "spy.typed", "params": {"curve": "curve.csv"}})", "test", folder.path());
   EXPECT_THAT(arrived(spec_of(node)), ElementsAre(0.5, 3, 11, 6));
+}
+
+/// What is written of a plugin's values is read as these values.
+TEST(PluginSpec, ValuesAreWrittenAsTheyAreRead) {
+  for (const char* params :
+       {"{}", R"({"length": 0.25, "count": 7, "flag": false, "mode": "fast", "curve": [[-1, 0.5], [2, 3]]})"}) {
+    const PluginSpec spec = typed(params);
+    Node written = Node::empty_object();
+    for (std::size_t i = 0; i < spec.values.size(); ++i)
+      written.set(spec.entry->params()[i].name, param_node(spec.entry->params()[i], spec.values[i]));
+    EXPECT_THAT(arrived(typed(to_json_text(written))), ElementsAreArray(arrived(spec))) << params;
+  }
 }
 
 TEST(PluginSpec, CopiesShareTheirTables) {

@@ -113,7 +113,7 @@ Node with_effects(Node world, const WorldSpec& found, std::span<const Addition> 
     Node one = Node::empty_object(), params = Node::empty_object();
     one.set("plugin", Node(effect.id()));
     for (std::size_t p = 0; p < effect.values.size(); ++p)
-      params.set(effect.entry->params()[p].name, Node(effect.values[p].number));
+      params.set(effect.entry->params()[p].name, param_node(effect.entry->params()[p], effect.values[p]));
     one.set("params", std::move(params));
     Node& plant = *world.find("plant");
     if (plant.find("effects") == nullptr) plant.set("effects", Node(Node::Array{}));

@@ -34,10 +34,10 @@ double cost_of_priors(const Problem& problem, const ModelSpec& model) {
   return sum;
 }
 
-Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise) {
+Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise, FitFor purpose) {
   Evaluation e;
   for (const Trace& trace : problem.traces) {
-    const auto [lm, regressors, work] = differentiate(problem, model, trace, noise).linearised;
+    const auto [lm, regressors, work] = differentiate(problem, model, trace, noise, purpose).linearised;
     e.work += work * static_cast<double>(trace.size());
     std::vector<const Regressor*> list;
     for (const Regressor& r : regressors) list.push_back(&r);

@@ -20,6 +20,8 @@ struct Evaluation {
 /// Negative log density of the priors on a model's parameters, up to a constant of the problem.
 double cost_of_priors(const Problem& problem, const ModelSpec& model);
 
-Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise);
+/// `purpose` decides how the cost is differentiated, and not what it is.
+Evaluation evaluate(const Problem& problem, const ModelSpec& model, const Noise& noise,
+                    FitFor purpose = FitFor::comparison);
 
 }  // namespace gripline::diagnose

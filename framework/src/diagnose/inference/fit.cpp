@@ -40,8 +40,8 @@ double penalty_of(const Problem& problem, const ModelSpec& model, std::size_t ra
 /// proposed.
 class Iteration {
  public:
-  Iteration(const Problem& problem, const Fit& from, const FitLimits& limits)
-      : problem_(problem), catalogue_(*problem.catalogue), limits_(limits), first_evaluation_(from.evaluation) {
+  Iteration(const Problem& problem, const Fit& from, const FitOptions& options)
+      : problem_(problem), catalogue_(*problem.catalogue), options_(options), first_evaluation_(from.evaluation) {
     trial_.model = best_.model = from.model;
     trial_.noise = best_.noise = from.noise;
     best_.cost = std::numeric_limits<double>::infinity();
@@ -72,7 +72,7 @@ class Iteration {
 
   const Problem& problem_;
   const Catalogue& catalogue_;
-  FitLimits limits_;
+  FitOptions options_;
   std::shared_ptr<const Evaluation> first_evaluation_;  // of the first trial, or null
   Fit best_;
   Evaluation at_best_;
@@ -107,7 +107,7 @@ bool Iteration::try_corrected(const Evaluation& failed) {
   for (std::size_t p = 0; p < theta.size(); ++p) theta[p] += step[static_cast<Index>(p)];
   clamp_to_ranges(catalogue_, trial_.model, theta);
   unpack(catalogue_, theta, trial_.model);
-  Evaluation e = evaluate(problem_, trial_.model, trial_.noise);
+  Evaluation e = evaluate(problem_, trial_.model, trial_.noise, options_.purpose);
   best_.work += e.work;
   return accept_if_better(e);
 }
@@ -163,7 +163,7 @@ bool Iteration::run(int iteration) {
   const bool whole_step = change == Change::parameters_and_noise && part_ == 1.0 && noise_part_ == 1.0;
   const double before = best_.cost;
   const bool evaluated = iteration == 0 && first_evaluation_ != nullptr;
-  Evaluation e = evaluated ? *first_evaluation_ : evaluate(problem_, trial_.model, trial_.noise);
+  Evaluation e = evaluated ? *first_evaluation_ : evaluate(problem_, trial_.model, trial_.noise, options_.purpose);
   if (!evaluated) best_.work += e.work;
   const bool better = accept_if_better(e) || try_corrected(e);
   if (!better && !shorten_step()) return false;
@@ -174,7 +174,7 @@ bool Iteration::run(int iteration) {
     return true;
   }
   const PredictedGain gain = propose(!better && change == Change::parameters_and_noise);
-  const double tolerance = limits_.tolerance;
+  const double tolerance = options_.tolerance;
   // The gain predicted for variances near their floor is too large: there the gain of the last whole step counts.
   if (better && gain.parameters < tolerance &&
       (gain.noise < thresholds::noise_tolerance * tolerance || (whole_step && before - best_.cost < tolerance))) {
@@ -182,7 +182,7 @@ bool Iteration::run(int iteration) {
     return false;
   }
   const double reachable = best_.cost - thresholds::reachable_factor * (gain.parameters + gain.noise);
-  return iteration == 0 || !(reachable > -limits_.needed);
+  return iteration == 0 || !(reachable > -options_.needed);
 }
 
 Fit Iteration::result() {
@@ -206,15 +206,15 @@ void update_penalty(const Problem& problem, Fit& fitted) {
   fitted.evidence = -fitted.cost - fitted.penalty;
 }
 
-Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations, const FitLimits& limits) {
+Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations, const FitOptions& options) {
   Fit from;
   from.model = start;
   from.noise = noise;
-  return continue_fit(problem, from, iterations, limits);
+  return continue_fit(problem, from, iterations, options);
 }
 
-Fit continue_fit(const Problem& problem, const Fit& from, int iterations, const FitLimits& limits) {
-  Iteration iteration(problem, from, limits);
+Fit continue_fit(const Problem& problem, const Fit& from, int iterations, const FitOptions& options) {
+  Iteration iteration(problem, from, options);
   for (int i = 0; i < iterations && iteration.run(i); ++i) continue;
   return iteration.result();
 }

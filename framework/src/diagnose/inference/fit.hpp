@@ -31,18 +31,19 @@ struct Fit {
 /// Sets a fit's penalty and evidence by the problem's present penalty per parameter.
 void update_penalty(const Problem& problem, Fit& fitted);
 
-/// When a fit may stop before its iterations are used up.
-struct FitLimits {
+/// When a fit may stop before its iterations are used up, and what it is for.
+struct FitOptions {
   double tolerance = thresholds::fine_tolerance;  // log likelihood that may be left unfound
   /// Evidence that it must be able to reach to be of interest.
   double needed = -std::numeric_limits<double>::infinity();
+  FitFor purpose = FitFor::comparison;
 };
 
 /// Fits from the given values and variances. Where process noise remains it is tried whether none would do as well:
 /// parameters far from their optimum look like noise, and the way down is long and flat.
 Fit fit(const Problem& problem, const ModelSpec& start, const Noise& noise, int iterations = 8,
-        const FitLimits& limits = {});
+        const FitOptions& options = {});
 /// Goes on from where a fit of the same problem ended.
-Fit continue_fit(const Problem& problem, const Fit& from, int iterations, const FitLimits& limits);
+Fit continue_fit(const Problem& problem, const Fit& from, int iterations, const FitOptions& options);
 
 }  // namespace gripline::diagnose

@@ -30,10 +30,11 @@ std::vector<Linearised> with_own_along(const Problem& predicted, const Fit& fitt
   return all;
 }
 
-Differentiated differentiate(const Problem& problem, const ModelSpec& model, const Trace& trace, const Noise& noise) {
+Differentiated differentiate(const Problem& problem, const ModelSpec& model, const Trace& trace, const Noise& noise,
+                             FitFor purpose) {
   Differentiated out;
   const bool ahead =
-      problem.final_model ? motion_holds_noise(problem, noise) : has_strong_process_noise(problem, noise);
+      purpose == FitFor::result ? motion_holds_noise(problem, noise) : has_strong_process_noise(problem, noise);
   if (!ahead) {
     out.linearised = linearise_with_regressors(*problem.catalogue, model, trace, problem.stepping());
     return out;

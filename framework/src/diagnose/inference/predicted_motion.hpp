@@ -28,13 +28,14 @@ std::vector<Linearised> with_own_along(const Problem& predicted, const Fit& fitt
 /// A model along a trace, with what its likelihood is differentiated by.
 struct Differentiated {
   Linearised linearised;
-  std::optional<Trace> predicted;  // on a rough road, or Problem::final_model; the regressors are those along it
+  std::optional<Trace> predicted;  // where FitFor says so; the regressors are those along it
   /// Along which motion regressors of further parameters belong.
   const Trace& motion_of(const Trace& trace) const { return predicted ? *predicted : trace; }
 };
 /// The derivative of an innovation by a parameter theta is that of the rates f where the filter is, f_theta(x). Along
 /// the reference r only f_theta(r) is known, and with the reference smoothed by readings to come, the score that lacks
 /// f_theta_x (x - r) is not zero at the truth: in strong process noise a yaw inertia of 1.25 came out as 1.45.
-Differentiated differentiate(const Problem& problem, const ModelSpec& model, const Trace& trace, const Noise& noise);
+Differentiated differentiate(const Problem& problem, const ModelSpec& model, const Trace& trace, const Noise& noise,
+                             FitFor purpose = FitFor::comparison);
 
 }  // namespace gripline::diagnose

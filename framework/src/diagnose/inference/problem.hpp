@@ -25,10 +25,6 @@ struct Problem {
   bool unrounded = false;   // whether the traces' commands are the expected ones, see measured::unround_commands
   std::size_t rows = 0;     // readings of all traces
   bool rough_road = false;  // whether independent accelerations count as data, see penalty_per_parameter()
-  /// Whether derivatives of the likelihood are taken along predicted motion wherever motion holds noise
-  /// (predicted_motion.hpp), not on a rough road only: a deficient model leaves such noise, too, and predicts worse than
-  /// it smooths, so that this is for a model that is final.
-  bool final_model = false;
   /// Whether profiles along the lap have a prior of their parameters' scales around zero: where no data are they are
   /// not determined otherwise.
   bool shape_prior = false;
@@ -52,6 +48,11 @@ struct Problem {
   /// Takes commands as rounded by the recorder: sets `unrounded`.
   void unround_commands();
 };
+
+/// What a model is fitted for: to be compared with others, or as the result. Derivatives of the likelihood are taken
+/// along predicted motion (predicted_motion.hpp) on a rough road only, and of a result wherever motion holds noise. A
+/// deficient model leaves such noise, too, and predicts worse than it smooths: what is compared is not fitted so.
+enum class FitFor { comparison, result };
 
 /// Standard deviations of the unknown accelerations over their typical size.
 std::array<double, noise_states> process_noise_ratio(const Problem& problem, const Noise& noise);

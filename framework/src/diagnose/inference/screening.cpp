@@ -168,6 +168,7 @@ std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, con
     for (const CandidateRegressors& b : screening.groups) {
       const Candidate &x = catalogue.candidates()[a.candidate], &y = catalogue.candidates()[b.candidate];
       if (a.first >= b.first || x.fitted.size() != 1 || y.fitted.size() != 1) continue;
+      if (!catalogue.fits_filter(fitted.model, {a.candidate, b.candidate})) continue;  // either alone may
       const std::array<std::size_t, 2> both = {a.first, b.first};
       const ScoreTest score = test_of(catalogue, fitted.model, screening, both);
       if (score.dof < 2 || leaves(x.decl(0), score.step[0]) || leaves(y.decl(0), score.step[1])) continue;

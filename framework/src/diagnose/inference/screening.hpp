@@ -30,7 +30,7 @@ Screening screen(const Problem& problem, const Fit& fitted);
 double information_beside(const Screening& screening, std::size_t regressor);
 
 /// Pairs of candidates with one parameter each, the largest predicted gain first: two effects that hide each other show
-/// little of either alone.
+/// little of either alone. Only pairs that fit the filter together (Catalogue::fits_filter).
 std::vector<Extension> best_pairs(const Problem& problem, const Fit& fitted, const Screening& screening);
 
 /// Candidates whose single regressors are equal up to a factor are one effect under several names: for the first of

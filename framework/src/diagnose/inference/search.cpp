@@ -255,6 +255,9 @@ void Searcher::prune() {
       if (one != nullptr && !is_worth(*before, *one) && (best_ == before || one->evidence > best_->evidence))
         best_ = one;
   }
+  // That even the largest model lacks something was found beside effects of which some are gone now. The smaller model
+  // has room for others; whether it leaves something unexplained is for the tests of its remainder to say.
+  if (best_->model.members.size() < thresholds::max_effects) exhausted_ = false;
 }
 
 /// One effect more beside those found.

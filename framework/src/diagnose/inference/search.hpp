@@ -20,7 +20,7 @@ struct SearchResult {
   ModelPool pool;
   Fit null_model;  // no effect, nuisances fitted
   Fit best;
-  /// Even the largest model allowed needs another effect: what is missing is not in the catalogue.
+  /// The best is the largest model allowed, and needs another effect: what is missing is not in the catalogue.
   bool exhausted = false;
   /// Candidates left out because another does exactly the same: (kept, left out).
   std::map<std::size_t, std::vector<std::size_t>> synonyms = {};

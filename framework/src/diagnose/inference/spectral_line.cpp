@@ -1,5 +1,6 @@
 #include "diagnose/inference/spectral_line.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,25 +11,13 @@
 namespace gripline::diagnose {
 namespace {
 
-/// Periodogram of one smoothed unknown acceleration, with von Hann's taper against leakage: ordinates at multiples of 1
-/// / T up to thresholds::line_highest.
+/// Periodogram of one smoothed unknown acceleration up to thresholds::line_highest, and below Nyquist's frequency.
 std::vector<double> periodogram(const Likelihood& l, std::size_t states, std::size_t channel, double dt) {
   const std::size_t n = l.smoothed.size() / states;
-  const auto bins = static_cast<std::size_t>(thresholds::line_highest * dt * static_cast<double>(n));
-  std::vector<double> power;
-  for (std::size_t j = 1; j <= bins; ++j) {
-    const double turn = 2.0 * std::numbers::pi * static_cast<double>(j) / static_cast<double>(n);
-    double re = 0.0, im = 0.0;
-    for (std::size_t k = 0; k < n; ++k) {
-      const double at = static_cast<double>(k);
-      const double taper = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (at + 0.5) / static_cast<double>(n));
-      const double y = taper * l.smoothed[k * states + states - noise_states + channel];
-      re += y * std::cos(turn * at);
-      im += y * std::sin(turn * at);
-    }
-    power.push_back(re * re + im * im);
-  }
-  return power;
+  std::vector<double> acceleration(n);
+  for (std::size_t k = 0; k < n; ++k) acceleration[k] = l.smoothed[k * states + states - noise_states + channel];
+  return tapered_periodogram(acceleration,
+                             static_cast<std::size_t>(thresholds::line_highest * dt * static_cast<double>(n)));
 }
 
 /// The line that stands out most of a spectrum: frequency [Hz] and -log of the probability that it does so by chance.
@@ -74,6 +63,32 @@ Chosen choose_line(const Fit& fitted, std::span<const Linearised> along) {
 }
 
 }  // namespace
+
+std::vector<double> tapered_periodogram(std::span<const double> values, std::size_t ordinates) {
+  using Eigen::ArrayXd;
+  constexpr double pi = std::numbers::pi;
+  const std::size_t n = values.size();
+  const auto bins = static_cast<Eigen::Index>(std::min(ordinates, (std::max<std::size_t>(n, 1) - 1) / 2));
+  // Goertzel's recurrence s[k] = y[k] + 2 cos(w) s[k - 1] - s[k - 2] in the form of Reinsch, by the differences d of s,
+  // which loses no digits at low frequencies. Those above a quarter of the sampling rate are as low of every second
+  // value turned round.
+  const auto low = std::min(bins, static_cast<Eigen::Index>(n / 4));
+  ArrayXd curvature(bins), s = ArrayXd::Zero(bins), d = ArrayXd::Zero(bins);  // curvature: 4 sin(w / 2)^2
+  for (Eigen::Index j = 0; j < bins; ++j) {
+    const double half = pi * static_cast<double>(j + 1) / static_cast<double>(n);
+    curvature[j] = 4.0 * std::pow(j < low ? std::sin(half) : std::cos(half), 2);
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    const double taper = 0.5 - 0.5 * std::cos(2.0 * pi * (static_cast<double>(k) + 0.5) / static_cast<double>(n));
+    const double y = taper * values[k];
+    d.head(low) += y;
+    d.tail(bins - low) += k % 2 == 0 ? y : -y;
+    d -= curvature * s;
+    s += d;
+  }
+  const ArrayXd power = d.square() + curvature * s * (s - d);
+  return {power.begin(), power.end()};
+}
 
 ResidualTest test_spectral_line(const Problem& problem, const Fit& fitted, std::span<const Linearised> along) {
   ResidualTest test;

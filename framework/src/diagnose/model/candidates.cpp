@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "diagnose/model/shape_parameters.hpp"
+#include "diagnose/model/states.hpp"
 #include "measured/session/log_map.hpp"
 #include "util/numbers.hpp"
 
@@ -158,6 +159,27 @@ ModelSpec Catalogue::without(const ModelSpec& model, std::size_t candidate) cons
   less.members.erase(less.members.begin() + offset);
   less.values.erase(less.values.begin() + offset);
   return less;
+}
+
+std::vector<std::pair<std::string, std::size_t>> Catalogue::own_states() const {
+  std::vector<std::pair<std::string, std::size_t>> states;
+  for (const Own& own : own_)
+    if (own.effect->memory() > 0) states.emplace_back(own.id, static_cast<std::size_t>(own.effect->memory()));
+  return states;
+}
+
+std::size_t Catalogue::hidden_states(const ModelSpec& model) const {
+  std::size_t sum = 0;
+  for (const auto& [id, states] : own_states()) sum += states;
+  for (const std::size_t member : model.members) sum += static_cast<std::size_t>(candidates_[member].effect->memory());
+  return sum;
+}
+
+bool Catalogue::fits_filter(const ModelSpec& model, std::initializer_list<std::size_t> beside) const {
+  std::size_t states = hidden_states(model);
+  for (const std::size_t candidate : beside)
+    states += static_cast<std::size_t>(candidates_[candidate].effect->memory());
+  return states <= max_memory;
 }
 
 void Catalogue::allow_for_late_pose(std::size_t group, double seconds, double sigma) {

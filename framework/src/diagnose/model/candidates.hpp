@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "car/effect_order.hpp"
@@ -81,6 +83,13 @@ class Catalogue {
   /// The model with one more effect at its start values.
   ModelSpec with(const ModelSpec& model, std::size_t candidate) const;
   ModelSpec without(const ModelSpec& model, std::size_t candidate) const;
+  /// Ids of the world's own effects that have hidden states, as the world lists them, and how many.
+  std::vector<std::pair<std::string, std::size_t>> own_states() const;
+  /// Hidden states of a model's car: those of the world's own effects and of the members.
+  std::size_t hidden_states(const ModelSpec& model) const;
+  /// Whether a model with these candidates beside its members has no more hidden states than the filter takes
+  /// (max_memory). Sets that do not fit cannot be linearised and are not tried.
+  bool fits_filter(const ModelSpec& model, std::initializer_list<std::size_t> beside = {}) const;
   /// The car of a model; holds pointers into this catalogue. Parameter order: the nominal model's, then the effects' in
   /// the order of the chain.
   StagedCar build(const ModelSpec& model) const;

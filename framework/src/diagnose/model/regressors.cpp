@@ -317,8 +317,7 @@ void candidate_regressors(const Catalogue& catalogue, const ModelSpec& model, co
   const std::vector<double> memory = simulate_memory(car, trace), without = rates_at_samples(car, trace, memory);
   for (std::size_t i = 0; i < catalogue.candidates().size(); ++i) {
     const Candidate& c = catalogue.candidates()[i];
-    if (c.excluded || model.has(i)) continue;
-    if (memory.size() / trace.size() + static_cast<std::size_t>(c.effect->memory()) > max_memory) continue;
+    if (c.excluded || model.has(i) || !catalogue.fits_filter(model, {i})) continue;
     CandidateRegressors group;
     group.candidate = i;
     group.first = regressors.size();

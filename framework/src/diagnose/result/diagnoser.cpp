@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "config/errors.hpp"
 #include "diagnose/inference/evaluation.hpp"
 #include "diagnose/inference/late_place.hpp"
 #include "diagnose/inference/preparation.hpp"
@@ -86,6 +87,19 @@ Diagnosis with_sentence(Diagnosis d) {
   return d;
 }
 
+/// A world whose own effects have more hidden states than the filter takes is refused where it lists them, before
+/// anything is searched.
+void check_hidden_states(const WorldSpec& world, const Catalogue& catalogue) {
+  const ModelSpec own = catalogue.null_model();
+  if (catalogue.fits_filter(own)) return;
+  std::string list;
+  for (const auto& [id, states] : catalogue.own_states())
+    list += (list.empty() ? "" : ", ") + id + " " + std::to_string(states);
+  throw InputError(world.vehicle.effects_read.origin,
+                   "these effects have " + std::to_string(catalogue.hidden_states(own)) + " hidden states (" + list +
+                       "); diagnose takes at most " + std::to_string(max_memory));
+}
+
 /// Asked before any member is made of the model.
 const WorldSpec& with_model(const WorldSpec& world) {
   require_vehicle_model(world, "diagnose");
@@ -99,6 +113,7 @@ Diagnoser::Diagnoser(const WorldSpec& world, const Registry& registry, const Cas
       options_(options),
       catalogue_(world.vehicle, world.car.car, registry, options.exclude),
       road_(world.track) {
+  check_hidden_states(world, catalogue_);
   check_excluded(options, catalogue_);
   catalogue_.set_nuisances(uncertain_parameters(options, catalogue_));
 }
@@ -169,9 +184,11 @@ bool Diagnoser::put_late_place_for_lever(std::vector<ChannelDelay>& delays, std:
     keep_open(delays, logs, catalogue_);
     return false;
   }
-  Fit fitted = fit(problem, with_delays_for_lever(catalogue_, found.model), found.noise);
+  const FitOptions as_found{.purpose = FitFor::result};
+  constexpr int first_iterations = 8;
+  Fit fitted = fit(problem, with_delays_for_lever(catalogue_, found.model), found.noise, first_iterations, as_found);
   smooth_reference(problem, road_, fitted);
-  fitted = fit(problem, fitted.model, fitted.noise, thresholds::result_iterations);
+  fitted = fit(problem, fitted.model, fitted.noise, thresholds::result_iterations, as_found);
   with_place.front() = refined(with_place.front(), catalogue_, fitted);
   keep_open(delays, logs, catalogue_);  // as the lever was found
   if (!(fitted.cost + thresholds::equal_evidence < evaluate(with_lever, found.model, found.noise).cost)) return false;
@@ -204,8 +221,7 @@ Findings Diagnoser::search(std::span<const LogFile> logs, std::span<const LogFil
   if (!refined.theta.empty()) {
     // Along the trajectory that the found model smooths: changes its parameters by a per mille or so.
     smooth_reference(problem_, road_, refined);
-    problem_.final_model = true;
-    refined = fit(problem_, refined.model, refined.noise, thresholds::result_iterations);
+    refined = fit(problem_, refined.model, refined.noise, thresholds::result_iterations, {.purpose = FitFor::result});
   }
   at(7, "measuring the gap");
   const Judgement judged = judge_by_predictions(found, hold_out, {.delays_taken_off = delays_taken_off},

@@ -20,7 +20,8 @@ namespace gripline::diagnose {
 /// Keeps what the files of a result need besides the diagnosis.
 class Diagnoser {
  public:
-  /// Throws PluginError and InputError. The world and the registry must outlive it.
+  /// Throws PluginError, and InputError where the car is no vehicle model, its effects have more hidden states than
+  /// max_memory, or the case names what there is not. The world and the registry must outlive it.
   Diagnoser(const WorldSpec& world, const Registry& registry, const CaseOptions& options);
 
   /// Reads nothing but these logs; `held_out` may be empty, then whole laps of the logs are held out.

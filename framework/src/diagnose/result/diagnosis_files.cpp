@@ -2,30 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
-#include "config/errors.hpp"
 #include "config/json_file.hpp"
+#include "util/whole_file.hpp"
 
 namespace gripline::diagnose {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A vehicle plugin or effect as a world writes it.
-Node plugin_node(const PluginSpec& spec) {
-  Node node = Node::empty_object();
-  node.set("plugin", Node(spec.id()));
-  Node params = Node::empty_object();
-  for (std::size_t i = 0; i < spec.values.size(); ++i) {
-    const abi::ParamDecl& p = spec.entry->params()[i];
-    if (p.type == abi::ParamType::table) continue;
-    if (p.type == abi::ParamType::boolean)
-      params.set(p.name, Node(spec.values[i].number != 0.0));
-    else
-      params.set(p.name, number_or_null(spec.values[i].number));
+/// An effect that the world has, as it is written there. A file's name holds beside the world's file only: tables are
+/// written by their rows.
+Node own_node(const Node& written, const PluginSpec& spec) {
+  Node node = written;
+  Node* const params = node.find("params");
+  for (std::size_t p = 0; params != nullptr && p < spec.values.size(); ++p) {
+    const abi::ParamDecl& decl = spec.entry->params()[p];
+    if (Node* const value = params->find(decl.name); value != nullptr && decl.type == abi::ParamType::table)
+      *value = param_node(decl, spec.values[p]);
   }
-  node.set("params", std::move(params));
   return node;
 }
 
@@ -34,16 +29,12 @@ Node member_node(const Catalogue& catalogue, const ModelSpec& model, std::size_t
   const Candidate& c = catalogue.candidates()[model.members[member]];
   Node one = Node::empty_object(), params = Node::empty_object();
   one.set("plugin", Node(c.id));
-  for (std::size_t p = 0; p < c.entry->decl->param_count; ++p)
-    params.set(c.entry->decl->params[p].name, number_or_null(model.values[member][p]));
+  for (std::size_t p = 0; p < c.entry->params().size(); ++p) {
+    const abi::ParamDecl& decl = c.entry->params()[p];
+    params.set(decl.name, param_node(decl, {model.values[member][p], Table{}}));
+  }
   one.set("params", std::move(params));
   return one;
-}
-
-void write_text(const fs::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  if (!out) throw InputError("cannot write " + file.string());
 }
 
 /// What predictions of hold-out data say of an effect.
@@ -170,8 +161,9 @@ Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec
   }
   Node::Array effects;
   for (const Catalogue::Link& link : catalogue.chain(d.fit.model))
-    effects.push_back(link.own ? plugin_node(world.vehicle.effects[link.index])
-                               : member_node(catalogue, d.fit.model, link.index));
+    effects.push_back(link.own
+                          ? own_node(world.vehicle.effects_read.array()[link.index], world.vehicle.effects[link.index])
+                          : member_node(catalogue, d.fit.model, link.index));
   plant.set("effects", Node(std::move(effects)));
   Node patch = Node::empty_object();
   patch.set("plant", std::move(plant));
@@ -190,7 +182,7 @@ Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec
 void write_diagnosis(const fs::path& folder, const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec& world,
                      const fs::path& world_file, const std::optional<fs::path>& track) {
   fs::create_directories(folder);
-  write_text(folder / "diagnosis.json", to_json_text(diagnosis_json(d)));
+  write_file(folder / "diagnosis.json", to_json_text(diagnosis_json(d)));
   Node augmented = Node::empty_object();
   augmented.set("note", Node(d.sentence));
   const fs::path base = fs::absolute(folder);
@@ -199,7 +191,7 @@ void write_diagnosis(const fs::path& folder, const Diagnosis& d, const Diagnoser
   const Node patch = world_patch(d, diagnoser, world);
   for (const char* const key : {"plant", "calibration", "input_hold"})
     if (const Node* const part = patch.find(key); part != nullptr) augmented.set(key, *part);
-  write_text(folder / "augmented_world.json", to_json_text(augmented));
+  write_file(folder / "augmented_world.json", to_json_text(augmented));
 }
 
 }  // namespace gripline::diagnose

@@ -234,6 +234,7 @@ DiagnoseOutcome run_diagnose_experiment(const Node& tree, const Registry& regist
                                         std::span<const std::string> only, const ProgressCallback& progress) {
   DiagnoseExperiment e = read_experiment(tree, registry);
   choose_cases(only, e);
+  Diagnoser(e.nominal, registry, e.options);  // what it refuses is refused before anything is driven
   DiagnoseOutcome outcome;
   fs::create_directories(out);
   // What augmented worlds extend: the nominal world with everything it names in its place.

@@ -173,6 +173,7 @@ void measure_errors(const fs::path& folder, const Diagnosed& one, const Answer& 
   if (a.names.empty()) return;
   if (s.error_before > s.error_true + 1e-6)
     s.closure = (s.error_before - s.error_after) / (s.error_before - s.error_true);
+  if (!catalogue.fits_filter(*truth)) return;  // its likelihood is not known
   // The log that was searched is late by what is left of the delays taken off.
   for (std::size_t i = 0; i < truth->nuisance.size(); ++i)
     if (catalogue.nuisances()[i].delay) truth->nuisance[i] = one.diagnosis.null_model.model.nuisance[i];

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include "diagnose/inference/evaluation.hpp"
 #include "diagnose/inference/fit.hpp"
+#include "diagnose/inference/predicted_motion.hpp"
 #include "diagnose/inference/reference.hpp"
 #include "support/diagnose_rig.hpp"
 
@@ -50,6 +52,30 @@ TEST(Fit, FindsAnInertiaOnARoughRoad) {
     EXPECT_NEAR(found.theta.front(), 0.25, 3.5 * std::sqrt(found.covariance.front())) << seed;
     EXPECT_LT(std::sqrt(found.covariance.front()), 0.05) << seed;
   }
+}
+
+/// Yaw accelerations that are not known turn the car while speeds are steady: no rough road, but motion holds noise. A
+/// result is then differentiated along predictions, a model that is compared with others is not. What the likelihood is
+/// does not depend on that.
+TEST(Fit, AResultIsDifferentiatedAlongPredictionsWhereverMotionHoldsNoise) {
+  const DiagnoseRig rig;
+  const ModelSpec truth = rig.with("yaw_inertia", {0.25}), start = rig.with("yaw_inertia", {0.1});
+  const Problem problem = rig.problem({rig.simulate(truth, {.seconds = 10, .seed = 31, .rough = {0, 0, 5}})});
+  const Noise calm = rig.noise(problem, 1e-4);
+  Noise turning = calm;
+  turning.process[2] = std::pow(problem.process_unit[2], 2);
+  const auto ahead = [&](const Noise& noise, FitFor purpose) {
+    return differentiate(problem, truth, problem.traces.front(), noise, purpose).predicted.has_value();
+  };
+  EXPECT_FALSE(ahead(turning, FitFor::comparison));
+  EXPECT_TRUE(ahead(turning, FitFor::result));
+  EXPECT_FALSE(ahead(calm, FitFor::result));
+  EXPECT_TRUE(ahead(rig.noise(problem, 1.0), FitFor::comparison)) << "a rough road";
+  EXPECT_DOUBLE_EQ(evaluate(problem, truth, turning, FitFor::result).cost, evaluate(problem, truth, turning).cost);
+  const auto inertia = [&](FitFor purpose) {
+    return fit(problem, start, turning, 4, {.purpose = purpose}).theta.front();
+  };
+  EXPECT_GT(std::abs(inertia(FitFor::result) - inertia(FitFor::comparison)), 1e-6);
 }
 
 /// A tyre that relaxes shows nothing of its stiffness in the rates of an instant, only through what is remembered.

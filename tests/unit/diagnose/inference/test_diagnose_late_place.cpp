@@ -21,11 +21,14 @@ LogFile at_two_metres_a_second() {
   return file;
 }
 
-std::optional<ChannelDelay> delay_for(const DiagnoseRig& rig, double ahead) {
+std::optional<ChannelDelay> delay_for(const DiagnoseRig& rig, const ModelSpec& model) {
   Fit found;
-  found.model = rig.with("pose_lever", {ahead, 0.0});
+  found.model = model;
   const LogFile file = at_two_metres_a_second();
   return delay_for_lever(rig.catalogue(), found, {&file, 1});
+}
+std::optional<ChannelDelay> delay_for(const DiagnoseRig& rig, double ahead) {
+  return delay_for(rig, rig.with("pose_lever", {ahead, 0.0}));
 }
 
 TEST(LatePlace, ALeverBehindIsADelay) {
@@ -43,10 +46,7 @@ TEST(LatePlace, OtherLeversAreNone) {
   EXPECT_FALSE(delay_for(rig, 0.1)) << "a place that is shown early";
   EXPECT_FALSE(delay_for(rig, -0.03)) << "less than a sample";
   EXPECT_FALSE(delay_for(rig, -2.0)) << "a second";
-  Fit bare;
-  bare.model = rig.catalogue().null_model();
-  const LogFile file = at_two_metres_a_second();
-  EXPECT_FALSE(delay_for_lever(rig.catalogue(), bare, {&file, 1}));
+  EXPECT_FALSE(delay_for(rig, rig.catalogue().null_model()));
 }
 
 TEST(LatePlace, TheDelayTakesTheLeversPlaceInTheModel) {

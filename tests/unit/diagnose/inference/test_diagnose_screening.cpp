@@ -199,5 +199,21 @@ TEST(Screening, FindsNoLagOfASteeringThatStandsStill) {
   EXPECT_EQ(dof.at("motor_lag"), 1U);
 }
 
+/// Beside three hidden states of the world's own effects the filter takes one more. Of two lags that are missing either
+/// may be tried, both together may not, however much they would bring.
+TEST(Screening, PairsFitTheFilter) {
+  const DiagnoseRig rig({}, {}, R"({"plant": {"effects": [
+    {"plugin": "steer_lag", "params": {"tau": 0.02}}, {"plugin": "relaxation", "params": {"sigma": 0.02}}]}})");
+  const Catalogue& catalogue = rig.catalogue();
+  const Screened s(rig, rig.with(rig.with("motor_lag", {0.08}), "steer_lag", {0.04}));
+  for (const char* id : {"motor_lag", "steer_lag"}) {
+    EXPECT_GT(s.of(id).gain, s.problem.penalty(1)) << id;
+    EXPECT_EQ(catalogue.hidden_states(s.of(id).start), 4U) << id;
+  }
+  const std::vector<Extension> pairs = best_pairs(s.problem, s.null_model, s.screening);
+  EXPECT_FALSE(pairs.empty());
+  for (const Extension& pair : pairs) EXPECT_TRUE(catalogue.fits_filter(pair.start)) << catalogue.name(pair.start);
+}
+
 }  // namespace test_diagnose_screening
 }  // namespace gripline::diagnose

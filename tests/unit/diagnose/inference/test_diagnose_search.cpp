@@ -12,11 +12,13 @@ namespace test_diagnose_search {
 
 using test::DiagnoseRig;
 
-/// A log through the whole search.
+/// A log through the whole search. Only the largest model can be said to lack another effect.
 SearchResult searched(const DiagnoseRig& rig, Log log, double work_per_minute = thresholds::work_per_minute) {
   SearchOptions options;
   options.work_per_minute = work_per_minute;
-  return search_effects(rig.problem({std::move(log)}), rig.road(), options);
+  SearchResult found = search_effects(rig.problem({std::move(log)}), rig.road(), options);
+  EXPECT_TRUE(!found.exhausted || found.best.model.members.size() == thresholds::max_effects);
+  return found;
 }
 std::string name(const SearchResult& found) { return found.pool.problem().catalogue->name(found.best.model); }
 

@@ -79,6 +79,22 @@ TEST(Catalogue, WithoutUndoesWith) {
   EXPECT_EQ(rig.catalogue().name(rig.catalogue().null_model()), "none");
 }
 
+/// Relaxing tyres have two hidden states, a lag and brakes that fade one each: the filter takes four.
+TEST(Catalogue, CountsHiddenStates) {
+  const DiagnoseRig rig({}, {}, R"({"plant": {"effects": [
+    {"plugin": "steer_lag", "params": {"tau": 0.02}}, {"plugin": "aero_drag", "params": {"a": 0.1}}]}})");
+  const Catalogue& catalogue = rig.catalogue();
+  const ModelSpec bare = catalogue.null_model(), lag = rig.with("motor_lag", {0.05});
+  const std::size_t relaxation = catalogue.find("relaxation"), fade = catalogue.find("brake_fade");
+  EXPECT_EQ(catalogue.hidden_states(bare), 1U);
+  EXPECT_EQ(catalogue.hidden_states(lag), 2U);
+  EXPECT_TRUE(catalogue.fits_filter(bare));
+  EXPECT_TRUE(catalogue.fits_filter(bare, {relaxation, fade}));
+  EXPECT_TRUE(catalogue.fits_filter(lag, {relaxation}));
+  EXPECT_FALSE(catalogue.fits_filter(lag, {relaxation, fade}));
+  EXPECT_TRUE(catalogue.fits_filter(lag, {relaxation, catalogue.find("steer_gain")}));
+}
+
 /// What is left of a delay of a pose is a parameter of the built car's readings, beside those of the model.
 TEST(Catalogue, APoseMayBeLate) {
   DiagnoseRig rig;

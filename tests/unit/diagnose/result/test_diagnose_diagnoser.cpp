@@ -10,6 +10,22 @@ namespace test_diagnose_diagnoser {
 
 using test::DiagnoseRig;
 
+/// What the filter has no room for is said where the world lists it, and not in the middle of a search.
+TEST(Diagnoser, RefusesAWorldOfTooManyHiddenStatesAtItsPlace) {
+  const DiagnoseRig rig({}, {}, R"({"plant": {"effects": [
+    {"plugin": "steer_lag", "params": {"tau": 0.02}}, {"plugin": "motor_lag", "params": {"tau": 0.06}},
+    {"plugin": "aero_drag", "params": {"a": 0.1}}, {"plugin": "brake_fade", "params": {"k": 0.1}},
+    {"plugin": "relaxation", "params": {"sigma": 0.02}}]}})");
+  try {
+    Diagnoser(rig.world(), rig.registry(), {});
+    FAIL() << "not refused";
+  } catch (const InputError& refused) {
+    EXPECT_STREQ(refused.what(),
+                 "patch:1:23: /plant/effects: these effects have 5 hidden states (steer_lag 1, motor_lag 1, brake_fade "
+                 "1, relaxation 2); diagnose takes at most 4");
+  }
+}
+
 /// What was met once may belong to the place or to the time.
 TEST(Diagnoser, IsLessSureOfAPlacePassedOnce) {
   DiagnoseRig rig;
@@ -225,6 +241,13 @@ TEST(Diagnoser, NamesWhereTheMeasuringUnitsSit) {
   }
 }
 
+/// For logs whose case states the noise.
+Diagnoser with_stated_noise(const DiagnoseRig& rig, const Channels& sigma) {
+  CaseOptions options;
+  options.noise_sigma = sigma;
+  return Diagnoser(rig.world(), rig.registry(), options);
+}
+
 /// A car with its place late by some of a sample, and noise as stated.
 LogFile with_late_place(const DiagnoseRig& rig, std::uint64_t seed, double samples, const Channels& sigma,
                         const ModelSpec& truth, double seconds = 60, double pedals = 1) {
@@ -258,9 +281,7 @@ LogFile with_late_place(const DiagnoseRig& rig, std::uint64_t seed, double sampl
 TEST(Diagnoser, ALatePlaceIsNoLever) {
   DiagnoseRig rig;
   const Channels sigma{0.005, 0.005, 0.005, 0.02, 0.02, 0.05};
-  CaseOptions options;
-  options.noise_sigma = sigma;
-  Diagnoser diagnoser(rig.world(), rig.registry(), options);
+  Diagnoser diagnoser = with_stated_noise(rig, sigma);
   const LogFile late = with_late_place(rig, 91, 3.3, sigma, rig.with("drive_gain", {0.12}), 12);
   const Diagnosis d = diagnoser.run({&late, 1}, {});
   EXPECT_EQ(d.verdict, Verdict::named) << d.sentence;
@@ -280,9 +301,7 @@ TEST(Diagnoser, ALatePlaceIsNoLever) {
 TEST(Diagnoser, ALeverInNoiseIsNoLatePlace) {
   DiagnoseRig rig;
   const Channels sigma{0.12, 0.12, 0.005, 0.02, 0.02, 0.05};
-  CaseOptions options;
-  options.noise_sigma = sigma;
-  Diagnoser diagnoser(rig.world(), rig.registry(), options);
+  Diagnoser diagnoser = with_stated_noise(rig, sigma);
   for (const std::uint64_t seed : {101, 102, 103, 104, 105, 106}) {
     const LogFile lever = with_late_place(rig, seed, 0.0, sigma, rig.with("pose_lever", {-0.2, 0.0}), 16, 0);
     const Diagnosis d = diagnoser.run({&lever, 1}, {});
@@ -295,10 +314,9 @@ TEST(Diagnoser, ALeverInNoiseIsNoLatePlace) {
 TEST(Diagnoser, NamesALatePlace) {
   for (const auto& [samples, noise] : {std::pair(4.0, 1.0), {4.37, 1.0}, {4.37, 8.0}}) {
     DiagnoseRig rig;
-    CaseOptions options;
-    options.noise_sigma = Channels{0.005 * noise, 0.005 * noise, 0.005, 0.02, 0.02, 0.05};
-    const LogFile file = with_late_place(rig, 66, samples, *options.noise_sigma);
-    Diagnoser diagnoser(rig.world(), rig.registry(), options);
+    const Channels sigma{0.005 * noise, 0.005 * noise, 0.005, 0.02, 0.02, 0.05};
+    const LogFile file = with_late_place(rig, 66, samples, sigma);
+    Diagnoser diagnoser = with_stated_noise(rig, sigma);
     const Diagnosis d = diagnoser.run({&file, 1}, {});
     EXPECT_EQ(d.verdict, Verdict::named) << d.sentence;
     EXPECT_TRUE(d.named.empty()) << d.sentence;
@@ -310,7 +328,7 @@ TEST(Diagnoser, NamesALatePlace) {
     EXPECT_LT(seconds.high - seconds.low, noise > 1.0 ? 0.008 : 0.002);
     EXPECT_GT(d.gap.closure, 0.9) << d.sentence;
     // A log on time is searched without what was left of the last one's delay.
-    const LogFile on_time = with_late_place(rig, 67, 0.0, *options.noise_sigma);
+    const LogFile on_time = with_late_place(rig, 67, 0.0, sigma);
     const Diagnosis next = diagnoser.run({&on_time, 1}, {});
     EXPECT_EQ(next.verdict, Verdict::nothing_missing) << next.sentence;
     EXPECT_FALSE(diagnoser.catalogue().pose_is_late());

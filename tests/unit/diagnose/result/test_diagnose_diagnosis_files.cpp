@@ -2,8 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
+#include "support/diagnose_rig.hpp"
+#include "support/host_support.hpp"
+
 namespace gripline::diagnose {
 namespace test_diagnose_diagnosis_files {
+
+using test::DiagnoseRig;
 
 /// A reader of numbers alone must see that one is no estimate.
 TEST(DiagnoseDiagnosisFiles, AParameterAtAnEndOfItsRangeSaysWhich) {
@@ -32,6 +39,50 @@ TEST(DiagnoseDiagnosisFiles, EvidenceAndADecreaseOfErrorsHaveKeysOfTheirOwn) {
   EXPECT_EQ(ranking[0].find("less_error"), nullptr);
   EXPECT_EQ(ranking[1].find("less_error")->number(), 0.25);
   EXPECT_EQ(ranking[1].find("gain"), nullptr);
+}
+
+/// The augmented world's list of effects takes the place of the world's: what a third party's effect is told, a table
+/// for one, must be in it, in the words that are read.
+TEST(DiagnoseDiagnosisFiles, ThePatchHasEffectsAsTheyAreRead) {
+  const DiagnoseRig rig({}, {testing_support::build_dir() / "tests/plugins/typed_effects"},
+                        R"({"plant": {"effects": [{"plugin": "typed.drag_table", "note": "of the maker",
+                            "params": {"shape": "none", "on": false, "table": [[0, 1], [2.5, -3]]}}]}})");
+  const Diagnoser diagnoser(rig.world(), rig.registry(), {});
+  Diagnosis d;
+  d.fit.model = rig.with("typed.drag", {0.3});
+  const Node patch = world_patch(d, diagnoser, rig.world());
+  const Node::Array& effects = patch.find("plant")->find("effects")->array();
+  ASSERT_EQ(effects.size(), 2U);
+  const bool own_first = effects[0].find("note") != nullptr;
+  const Node &own = effects[own_first ? 0 : 1], &found = effects[own_first ? 1 : 0];
+  EXPECT_EQ(own.find("note")->text(), "of the maker");
+  EXPECT_EQ(found.find("params")->find("shape")->text(), "square");
+  EXPECT_TRUE(found.find("params")->find("on")->boolean());
+  EXPECT_EQ(found.find("params")->find("a")->number(), 0.3);
+  Errors errors;
+  const Node world = merge(load_json(testing_support::source_dir() / "worlds/diagnose_rc43.json"), patch);
+  const WorldSpec again = read_world(world, rig.registry(), errors);
+  errors.throw_if_any();
+  const PluginSpec &before = rig.world().vehicle.effects.front(), &after = again.vehicle.effects[own_first ? 0 : 1];
+  EXPECT_EQ(after.id(), "typed.drag_table");
+  EXPECT_EQ(after.numbers(), before.numbers());
+  EXPECT_EQ(*after.tables.front(), *before.tables.front());
+}
+
+/// A table's file is named beside the world's file, and the augmented world lies elsewhere.
+TEST(DiagnoseDiagnosisFiles, TablesOfFilesAreWrittenByTheirRows) {
+  const testing_support::Folder folder;
+  std::ofstream(folder / "drag.csv") << "speed,drag\n0,1\n2,3\n";
+  const DiagnoseRig rig({}, {testing_support::build_dir() / "tests/plugins/typed_effects"},
+                        R"({"plant": {"effects": [{"plugin": "typed.drag_table", "params": {"table": ")" +
+                            (folder / "drag.csv").string() + R"("}}]}})");
+  const Diagnoser diagnoser(rig.world(), rig.registry(), {});
+  Diagnosis d;
+  d.fit.model = rig.catalogue().null_model();
+  const Node patch = world_patch(d, diagnoser, rig.world());
+  const Node& table = *patch.find("plant")->find("effects")->array().front().find("params")->find("table");
+  ASSERT_TRUE(table.is_array());
+  EXPECT_EQ(table.array()[1].array()[1].number(), 3.0);
 }
 
 }  // namespace test_diagnose_diagnosis_files
