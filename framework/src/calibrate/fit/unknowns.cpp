@@ -26,13 +26,6 @@ std::string pointer_to(std::size_t parameter) {
                              : "/calibration/observer/" + name;
 }
 
-std::string effect_name(const WorldSpec& world, std::size_t i) {
-  const std::string id = world.vehicle.effects[i].id();
-  const auto same = [&](const PluginSpec& other) { return other.id() == id; };
-  const auto count = std::count_if(world.vehicle.effects.begin(), world.vehicle.effects.end(), same);
-  return count == 1 ? id : std::to_string(i);
-}
-
 }  // namespace
 
 std::vector<ParameterPlace> parameter_places(const WorldSpec& world, const Forecaster& forecaster) {
@@ -42,13 +35,12 @@ std::vector<ParameterPlace> parameter_places(const WorldSpec& world, const Forec
   };
   for (const abi::ParamDecl& p : world.vehicle.model.entry->params())
     add(p, std::string("/plant/params/") + p.name, "model");
-  for (std::size_t i = 0; i < world.vehicle.effects.size(); ++i) {
-    const PluginSpec& effect = world.vehicle.effects[i];
+  for (const PluginSpec& effect : world.vehicle.effects) {
     PluginContext context;
     context.car = world.car.car;
     const auto stage = create<Effect>(*effect.entry, context, effect.values)->stage();
     for (const abi::ParamDecl& p : effect.entry->params())
-      add(p, "/plant/effects/" + effect_name(world, i) + "/params/" + p.name,
+      add(p, "/plant/effects/" + effect.name_in_list() + "/params/" + p.name,
           stage_groups[static_cast<std::size_t>(stage)]);
   }
   for (std::size_t e = 0; e < forecast_parameter_count; ++e) {
