@@ -120,6 +120,17 @@ struct Tie {
   Origin origin;
 };
 
+/// Why a parameter cannot have the values of an unknown; empty where it can.
+std::string why_not_same(const Unknown& u, const ParameterPlace& place) {
+  const std::string range =
+      "the range of " + place.pointer + ", " + number_text(place.low) + " to " + number_text(place.high);
+  if (u.prior < place.low || u.prior > place.high)
+    return "the value " + number_text(u.prior) + " of " + u.pointer + " lies outside of " + range;
+  if (std::max(u.low, place.low) < std::min(u.high, place.high)) return "";
+  return range + ", leaves no room between " + number_text(u.low) + " and " + number_text(u.high) + ", the bounds of " +
+         u.pointer;
+}
+
 /// Hands every parameter that is said to be the same as another to that one's unknown.
 void join(std::vector<Unknown>& all, std::span<const Tie> ties, std::span<const ParameterPlace> places,
           Errors& errors) {
@@ -138,6 +149,10 @@ void join(std::vector<Unknown>& all, std::span<const Tie> ties, std::span<const 
     if (tie.place->unit != unit) {
       errors.add(tie.origin, tie.place->pointer + " [" + tie.place->unit + "] cannot be the same as " + u.pointer +
                                  " [" + unit + "]");
+      continue;
+    }
+    if (const std::string why = why_not_same(u, *tie.place); !why.empty()) {
+      errors.add(tie.origin, why);
       continue;
     }
     u.low = std::max(u.low, tie.place->low);
