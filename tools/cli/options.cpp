@@ -98,12 +98,14 @@ Registry open_registry(const Words& plugin_dirs) {
   return registry;
 }
 
-std::int64_t whole_number(const po::variables_map& given, const char* name, const std::string& shown) {
-  const std::string& text = given[name].as<std::string>();
+std::int64_t whole_number(const std::string& option, const std::string& text, const WholeRange& range) {
   std::int64_t value = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || stop != text.data() + text.size())
-    throw InputError(shown + " " + text + ": expected a whole number");
+  const bool whole = error != std::errc::invalid_argument && stop == text.data() + text.size();
+  if (!whole) throw InputError(option + " " + text + ": expected a whole number");
+  if (error != std::errc() || value < range.least || value > range.most)
+    throw InputError(option + " " + text + ": expected " + std::to_string(range.least) + " to " +
+                     std::to_string(range.most) + (*range.unit == '\0' ? "" : " ") + range.unit);
   return value;
 }
 

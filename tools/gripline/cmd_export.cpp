@@ -45,7 +45,7 @@ exports::VideoOptions video_options(const po::variables_map& given) {
     if (!(in >> options.width >> x >> options.height) || x != 'x' || !in.eof())
       throw InputError("--size: expected WIDTHxHEIGHT in pixels, found \"" + *size + "\"");
   }
-  options.fps = static_cast<int>(number_of(given, "fps", options.fps));
+  if (const auto fps = text_of(given, "fps")) options.fps = static_cast<int>(whole_number("--fps", *fps, {1, 120}));
   options.rate = number_of(given, "rate", options.rate);
   options.from = number_of(given, "from", options.from);
   options.to = number_of(given, "to", options.to);
