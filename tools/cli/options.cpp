@@ -10,6 +10,7 @@
 #include <cstring>
 #include <iostream>
 
+#include "config/ascii.hpp"
 #include "config/errors.hpp"
 #include "config/units.hpp"
 #include "util/made_folders.hpp"
@@ -26,8 +27,7 @@ Words parts_of(const std::string& option, const std::string& text, const std::st
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t comma = std::min(text.find(',', begin), text.size());
     const std::string one = text.substr(begin, comma - begin);
-    const std::size_t first = one.find_first_not_of(blanks);
-    parts.push_back(first == one.npos ? "" : one.substr(first, one.find_last_not_of(blanks) - first + 1));
+    parts.emplace_back(trim(one, blanks));
     begin = comma + 1;
   }
   const auto missing = std::ranges::count(parts, std::string());
