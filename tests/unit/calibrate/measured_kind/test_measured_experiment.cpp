@@ -24,5 +24,18 @@ TEST(ReadMeasured, AnEffectThatIsLeftOutHasNoRow) {
   EXPECT_THAT(refusal([] { read(R"({"ablate": ["friction_patch"]})"); }), testing::HasSubstr("steer_offset"));
 }
 
+/// Of an hour's log too: readers of the page tell its starts apart.
+TEST(WriteMeasured, ThePagesTimesKeepTheirMilliseconds) {
+  const Folder folder;
+  MeasuredOutcome outcome;
+  outcome.fitted = Node::empty_object();
+  outcome.held_out.push_back({"log.csv", 0.0, {3599.876}, std::vector<double>(6, 0.5), std::vector<double>(6, 0.5)});
+  MeasuredSpec spec;
+  spec.horizon = 1.0;
+  write_measured(folder.path(), spec, outcome);
+  const Node page = load_json(folder / "measured.json");
+  EXPECT_EQ(find_pointer(page, "/held_out/0/t_s/0")->number(), 3600.876);
+}
+
 }  // namespace test_measured_experiment
 }  // namespace gripline::calibrate
