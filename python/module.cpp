@@ -480,17 +480,15 @@ class Race {
       if (one.name == stack) stack_spec_ = &one;
   }
 
+  /// After one that throws there is no race to go on with, neither the one before nor half of the new one.
   Array reset(std::uint64_t seed) {
-    stack_.reset();
-    end_.reset();
-    world_.reset();
-    world_spec_ = race_->world;
-    drawn_ = stack_spec_ != nullptr ? *stack_spec_ : race_->stacks.front();
-    perturb(race_->perturb, seed, world_spec_, drawn_);
-    world_.emplace(world_spec_, seed);
-    end_.emplace(*world_);
-    over_ = false;
-    if (stack_spec_ != nullptr) stack_.emplace(drawn_, stack_context(*world_, {.seed = seed}), world_->observe());
+    end_episode();
+    try {
+      begin_episode(seed);
+    } catch (...) {
+      end_episode();
+      throw;
+    }
     return observation();
   }
 
@@ -551,6 +549,20 @@ class Race {
 
  private:
   static constexpr py::ssize_t names_count = 9 + preview;
+  void end_episode() {
+    stack_.reset();
+    end_.reset();
+    world_.reset();
+  }
+  void begin_episode(std::uint64_t seed) {
+    world_spec_ = race_->world;
+    drawn_ = stack_spec_ != nullptr ? *stack_spec_ : race_->stacks.front();
+    perturb(race_->perturb, seed, world_spec_, drawn_);
+    world_.emplace(world_spec_, seed);
+    end_.emplace(*world_);
+    over_ = false;
+    if (stack_spec_ != nullptr) stack_.emplace(drawn_, stack_context(*world_, {.seed = seed}), world_->observe());
+  }
   const Car& car() const { return race_->world.car.car; }
 
   Registry registry_;
@@ -562,6 +574,14 @@ class Race {
   std::optional<World> world_;
   std::optional<RaceEnd> end_;
   std::optional<Stack> stack_;
+};
+
+/// Python may drop a race while another thread is within plugins: that one's call ends first.
+struct EndInTurn {
+  void operator()(Race* race) const {
+    const Turn turn;
+    delete race;
+  }
 };
 
 }  // namespace
@@ -592,14 +612,15 @@ PYBIND11_MODULE(_gripline, m) {
   m.def("did_you_mean",
         [](const std::string& name, const std::vector<std::string>& names) { return did_you_mean(name, names); });
   m.def("first_run", first_run, in_turn);
-  py::class_<Race>(m, "Race")
+  const auto property = [&](auto get) { return py::cpp_function(get, in_turn); };  // pybind11 guards no getter itself
+  py::class_<Race, std::unique_ptr<Race, EndInTurn>>(m, "Race")
       .def(py::init<const std::string&, const std::string&, const std::vector<std::string>&,
                     const std::vector<std::string>&>(),
            in_turn)
       .def("reset", &Race::reset, in_turn)
       .def("step", &Race::step, in_turn)
       .def_property_readonly_static("observation_names", [](const py::object&) { return Race::observation_names(); })
-      .def_property_readonly("limits", &Race::limits)
-      .def_property_readonly("dt", &Race::dt)
-      .def_property_readonly("state", &Race::state);
+      .def_property_readonly("limits", property(&Race::limits))
+      .def_property_readonly("dt", property(&Race::dt))
+      .def_property_readonly("state", property(&Race::state));
 }

@@ -81,8 +81,8 @@ TEST(CommandLine, WrongWordsAreRefusedWithAHint) {
   EXPECT_THAT(refused({"compare", good, good}), HasSubstr("one experiment at a time"));
   EXPECT_EQ(refused({"compare", good, "--set", "/world/laps", "1"}),
             "--set /world/laps: expected /json/pointer=VALUE, as one word\n");
-  EXPECT_EQ(refused({"compare", good, "-j", "0"}), "-j 0: at least one run at a time\n");
-  EXPECT_EQ(refused({"compare", good, "-j", "-3"}), "-j -3: at least one run at a time\n");
+  EXPECT_EQ(refused({"compare", good, "-j", "0"}), "-j 0: expected 1 to 4096\n");
+  EXPECT_EQ(refused({"compare", good, "-j", "-3"}), "-j -3: expected 1 to 4096\n");
   EXPECT_EQ(refused({"compare", good, "-j", "two"}), "-j two: expected a whole number\n");
   for (const auto& [option, value] : {std::pair("-j", "2"), {"--timeout", "9 s"}, {"--memory", "500"}})
     EXPECT_EQ(

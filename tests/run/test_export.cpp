@@ -86,7 +86,11 @@ TEST_F(Export, WrongRequestsAreRefused) {
   EXPECT_THAT(refusal({"--csv", folder_ / "x.csv", "--only", "elmo"}), HasSubstr("did you mean \"elm\"?"));
   EXPECT_THAT(refusal({"--csv", out_ / "elm" / "1" / "steps.csv" / "x.csv"}), HasSubstr("--csv"));  // below a file
   EXPECT_THAT(refusal({"--video", folder_ / "x.mp4", "--size", "wide"}), HasSubstr("--size: expected WIDTHxHEIGHT"));
-  EXPECT_THAT(refusal({"--video", folder_ / "x.mp4", "--fps", "many"}), HasSubstr("--fps: expected a number"));
+  EXPECT_THAT(refusal({"--video", folder_ / "x.mp4", "--fps", "many"}),
+              HasSubstr("--fps many: expected a whole number"));
+  EXPECT_THAT(refusal({"--video", folder_ / "x.mp4", "--fps", "25.7"}),
+              HasSubstr("--fps 25.7: expected a whole number"));
+  EXPECT_THAT(refusal({"--video", folder_ / "x.mp4", "--fps", "121"}), HasSubstr("--fps 121: expected 1 to 120"));
 }
 
 TEST_F(Export, AVideoSaysWhichProgramIsMissing) {

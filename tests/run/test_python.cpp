@@ -335,6 +335,36 @@ TEST_F(Python, AnEstimatorThatFailsIsNamedInAStep) {
   EXPECT_THAT(outcome.err, HasSubstr("RuntimeError: lost at t = 0.020000 s: returned a friction that is not a number"));
 }
 
+/// Neither the race before nor a world without its stack goes on.
+TEST_F(Python, AResetThatFailsLeavesNoRace) {
+  const Outcome outcome = script(
+      "class Moody(gripline.Estimator):\n"
+      "    id = 'moody'\n"
+      "    fails = False\n"
+      "    def __init__(self, context, **params):\n"
+      "        super().__init__(context, **params)\n"
+      "        if Moody.fails: raise ValueError('not today')\n"
+      "    def update(self, sample):\n"
+      "        pass\n"
+      "race = gripline.Race('" +
+      (fixture_dir() / "experiments/good.json").string() +
+      "', 'moody', plugins=[Moody], set={'/stacks/moody': {'estimator': {'plugin': 'moody'}}})\n"
+      "race.reset(seed=1)\n"
+      "race.step((0.3, 0.0))\n"
+      "def refusal(call):\n"
+      "    try: call()\n"
+      "    except Exception as refused: return str(refused)\n"
+      "    return 'nothing'\n"
+      "Moody.fails = True\n"
+      "assert 'not today' in refusal(lambda: race.reset(seed=2))\n"
+      "assert 'reset() comes before step()' in refusal(lambda: race.step((0.3, 0.0)))\n"
+      "assert 'reset() comes before the state' in refusal(lambda: race.state)\n"
+      "Moody.fails = False\n"
+      "race.reset(seed=2)\n"
+      "assert race.step((0.3, 0.0))[4]['mu'] > 0\n");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
 TEST_F(Python, RacesAreRepeatedBySeedAndEnd) {
   const Outcome outcome = script("race = gripline.Race('" + (fixture_dir() / "experiments/good.json").string() +
                                  "', 'told')\n"

@@ -123,6 +123,13 @@ TEST_F(RealCars, ALogIsImportedFittedAndTheNextOnePredicted) {
   EXPECT_LT(rate, 0.1);
 }
 
+TEST_F(RealCars, AFitRefusesNumbersThatItCannotUse) {
+  drive("log.csv", another_car, {.seconds = 20});
+  for (const char* seed : {"-1", "4294967297"})
+    EXPECT_THAT(fit({in("log.csv"), "--seed", seed}).err, HasSubstr("expected 0 to 4294967295"));
+  EXPECT_THAT(fit({in("log.csv"), "--starts", "19"}).err, HasSubstr("--starts 19: expected 20 to 100000"));
+}
+
 TEST_F(RealCars, APredictionReadsNothingOfWhatFollows) {
   const Session s = drive("log.csv", another_car, {.seconds = 20, .noise = 1, .delay = {0, 0, 0, 0.15}});
   ASSERT_EQ(fit({in("log.csv"), "--fit", "drive,delays", "--starts", "40"}).code, 0);

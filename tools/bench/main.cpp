@@ -38,9 +38,8 @@ int run(Arguments args) {
   if (!given) return good;
   if (const Words unexpected = words_of(*given, "unexpected"); !unexpected.empty())
     throw InputError("bench takes no file: \"" + unexpected.front() + "\"; a world is given by --world");
-  const std::int64_t instances = whole_number(*given, "instances", "--instances");
-  if (instances < 20 || instances > most_instances)
-    throw InputError("--instances " + std::to_string(instances) + ": expected 20 to " + std::to_string(most_instances));
+  const std::int64_t instances =
+      whole_number("--instances", (*given)["instances"].as<std::string>(), {20, most_instances});
   const std::string world_file = find_shipped((*given)["world"].as<std::string>(), "worlds").string();
   const std::optional<std::string> out = text_of(*given, "out");
   if (out) require_writable("--out", *out, std::span(&world_file, 1));

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <iostream>
 
+#include "config/ascii.hpp"
 #include "config/errors.hpp"
 #include "config/units.hpp"
 #include "util/made_folders.hpp"
@@ -26,8 +27,7 @@ Words parts_of(const std::string& option, const std::string& text, const std::st
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t comma = std::min(text.find(',', begin), text.size());
     const std::string one = text.substr(begin, comma - begin);
-    const std::size_t first = one.find_first_not_of(blanks);
-    parts.push_back(first == one.npos ? "" : one.substr(first, one.find_last_not_of(blanks) - first + 1));
+    parts.emplace_back(trim(one, blanks));
     begin = comma + 1;
   }
   const auto missing = std::ranges::count(parts, std::string());
@@ -98,12 +98,14 @@ Registry open_registry(const Words& plugin_dirs) {
   return registry;
 }
 
-std::int64_t whole_number(const po::variables_map& given, const char* name, const std::string& shown) {
-  const std::string& text = given[name].as<std::string>();
+std::int64_t whole_number(const std::string& option, const std::string& text, const WholeRange& range) {
   std::int64_t value = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || stop != text.data() + text.size())
-    throw InputError(shown + " " + text + ": expected a whole number");
+  const bool whole = error != std::errc::invalid_argument && stop == text.data() + text.size();
+  if (!whole) throw InputError(option + " " + text + ": expected a whole number");
+  if (error != std::errc() || value < range.least || value > range.most)
+    throw InputError(option + " " + text + ": expected " + std::to_string(range.least) + " to " +
+                     std::to_string(range.most) + (*range.unit == '\0' ? "" : " ") + range.unit);
   return value;
 }
 

@@ -33,9 +33,13 @@ void add_plugins_option(boost::program_options::options_description& visible);
 Words plugin_dirs_of(const boost::program_options::variables_map& given);
 /// The registry of `--plugins` and the usual places; what the user should know of them is said on stderr.
 Registry open_registry(const Words& plugin_dirs);
-/// The whole number of an option given as text. Throws InputError that names it as `shown`.
-std::int64_t whole_number(const boost::program_options::variables_map& given, const char* name,
-                          const std::string& shown);
+/// Both ends included.
+struct WholeRange {
+  std::int64_t least, most;
+  const char* unit = "";  // "megabytes", for messages
+};
+/// The whole number of an option. Throws InputError that names the option, what was expected and what was given.
+std::int64_t whole_number(const std::string& option, const std::string& text, const WholeRange& range);
 /// What a number of an option has to be: above 0, in SI or with a unit ("90 s", "9m"), bare where `unit` is empty.
 struct Expected {
   const char* unit;

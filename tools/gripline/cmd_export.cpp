@@ -1,5 +1,7 @@
 // gripline export: results in the formats of other people's tools.
+#include <cmath>
 #include <iostream>
+#include <optional>
 #include <sstream>
 
 #include "cli/companion.hpp"
@@ -11,6 +13,7 @@
 #include "exports/wide_csv.hpp"
 #include "gripline/command.hpp"
 #include "report/report.hpp"
+#include "util/numbers.hpp"
 #include "util/progress.hpp"
 #include "util/whole_file.hpp"
 
@@ -27,14 +30,13 @@ Words list_of(const po::variables_map& given, const std::string& name, const cha
 double number_of(const po::variables_map& given, const char* name, double otherwise) {
   const std::optional<std::string> text = text_of(given, name);
   if (!text) return otherwise;
-  std::istringstream in(*text);
-  double value = 0;
-  if (!(in >> value) || !in.eof()) {
+  const std::optional<double> value = parse_number(*text);
+  if (!value || !std::isfinite(*value)) {
     std::string words = "--";
     words.append(name).append(": expected a number, found \"").append(*text).append("\"");
     throw InputError(words);
   }
-  return value;
+  return *value;
 }
 
 exports::VideoOptions video_options(const po::variables_map& given) {
@@ -45,7 +47,7 @@ exports::VideoOptions video_options(const po::variables_map& given) {
     if (!(in >> options.width >> x >> options.height) || x != 'x' || !in.eof())
       throw InputError("--size: expected WIDTHxHEIGHT in pixels, found \"" + *size + "\"");
   }
-  options.fps = static_cast<int>(number_of(given, "fps", options.fps));
+  if (const auto fps = text_of(given, "fps")) options.fps = static_cast<int>(whole_number("--fps", *fps, {1, 120}));
   options.rate = number_of(given, "rate", options.rate);
   options.from = number_of(given, "from", options.from);
   options.to = number_of(given, "to", options.to);

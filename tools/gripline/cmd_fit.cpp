@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <limits>
 #include <list>
 #include <optional>
 #include <span>
@@ -142,7 +143,8 @@ std::optional<po::variables_map> parse_fit_words(Arguments args) {
   add("out", po::value<std::string>()->default_value("fitted.json"), "the fitted world");
   add("fit", po::value<std::string>(),
       "groups or parameters, separated by commas: tyres,/plant/params/Iz; default: all");
-  add("starts", po::value<std::string>()->default_value("200"), "predictions compared, of all logs together");
+  add("starts", po::value<std::string>()->default_value("200"),
+      "predictions compared, of all logs together, 20 or more");
   add("seed", po::value<std::string>()->default_value("1"), "of the tries and of the intervals");
   add("quiet", po::bool_switch(), "no progress on stderr");
   add_plugins_option(visible);
@@ -173,10 +175,9 @@ calibrate::FitOptions fit_options_of(const po::variables_map& given, const World
   calibrate::FitOptions fit;
   fit.slowest = calibrate::slowest_start(world);
   fit.crawling = world.car.car.v_min;
-  const std::int64_t starts = whole_number(given, "starts", "--starts");
-  if (starts < 1) throw InputError("--starts: expected a number of 1 or more, of which at least 20 are compared");
-  fit.starts = static_cast<std::size_t>(std::clamp<std::int64_t>(starts, 20, 100000));
-  fit.seed = static_cast<unsigned>(whole_number(given, "seed", "--seed"));
+  constexpr std::int64_t most_seed = std::numeric_limits<decltype(fit.seed)>::max();
+  fit.starts = static_cast<std::size_t>(whole_number("--starts", given["starts"].as<std::string>(), {20, 100000}));
+  fit.seed = static_cast<unsigned>(whole_number("--seed", given["seed"].as<std::string>(), {0, most_seed}));
   if (!given["quiet"].as<bool>()) fit.print = [](const std::string& line) { std::cerr << line << '\n'; };
   return fit;
 }

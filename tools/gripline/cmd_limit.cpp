@@ -50,10 +50,9 @@ void print_limits(const std::vector<LapLimit>& limits) {
 }
 
 int jobs_of(const po::variables_map& given) {
-  if (given.count("jobs") == 0) return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  const std::int64_t jobs = whole_number(given, "jobs", "-j");
-  if (jobs < 1 || jobs > 4096) throw InputError("-j " + std::to_string(jobs) + ": expected 1 to 4096");
-  return static_cast<int>(jobs);
+  const std::optional<std::string> text = text_of(given, "jobs");
+  return static_cast<int>(text ? whole_number("-j", *text, {1, 4096})
+                               : std::max(1u, std::thread::hardware_concurrency()));
 }
 
 }  // namespace

@@ -23,11 +23,8 @@ std::string stack_of(const po::variables_map& given, const RaceSpec& race) {
 }
 
 std::uint64_t seed_of(const po::variables_map& given, const RaceSpec& race) {
-  if (given.count("seed") == 0) return race.seeds.front();
-  const std::int64_t number = whole_number(given, "seed", "--seed");
-  if (number < 0 || number > largest_seed)
-    throw InputError("--seed " + std::to_string(number) + ": expected 0 to " + std::to_string(largest_seed));
-  return static_cast<std::uint64_t>(number);
+  const std::optional<std::string> text = text_of(given, "seed");
+  return text ? static_cast<std::uint64_t>(whole_number("--seed", *text, {0, largest_seed})) : race.seeds.front();
 }
 
 }  // namespace

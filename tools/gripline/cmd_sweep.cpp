@@ -49,11 +49,7 @@ void add_sweep_options(po::options_description& visible) {
 }
 
 std::size_t count_of(const po::variables_map& given, const char* name, std::int64_t most) {
-  const std::string shown = std::string("--") + name;
-  const std::int64_t value = whole_number(given, name, shown);
-  if (value < 1 || value > most)
-    throw InputError(shown + " " + std::to_string(value) + ": expected 1 to " + std::to_string(most));
-  return static_cast<std::size_t>(value);
+  return static_cast<std::size_t>(whole_number(std::string("--") + name, given[name].as<std::string>(), {1, most}));
 }
 
 /// Assignments with several values, or a range, are factors: their pointers keep their places among the others.

@@ -8,6 +8,7 @@
 
 #include <gripline/equation.hpp>
 
+#include "config/ascii.hpp"
 #include "gripline/new_plugin.hpp"
 
 namespace gripline::tools {
@@ -36,8 +37,7 @@ std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> cells;
   std::istringstream rest(line.substr(std::min<std::size_t>(line.size(), 1)));
   for (std::string cell; std::getline(rest, cell, '|');) {
-    const std::size_t begin = cell.find_first_not_of(' '), end = cell.find_last_not_of(' ');
-    cells.push_back(begin == std::string::npos ? "" : cell.substr(begin, end - begin + 1));
+    cells.emplace_back(trim(cell, " "));
   }
   return cells;
 }

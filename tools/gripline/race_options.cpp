@@ -45,20 +45,11 @@ RaceOptions read_race_options(const po::variables_map& given) {
   options.plugin_dirs = plugin_dirs_of(given);
   options.out = text_of(given, "out").value_or(std::filesystem::path("out") / options.experiment.stem());
   if (options.out.empty()) throw InputError("--out names no folder");
-  const std::int64_t jobs = whole_number(given, "jobs", "-j");
-  if (jobs < 1 || jobs > most_jobs)
-    throw InputError("-j " + std::to_string(jobs) +
-                     (jobs < 1 ? ": at least one run at a time" : ": at most " + std::to_string(most_jobs)));
-  options.jobs = static_cast<int>(jobs);
+  options.jobs = static_cast<int>(whole_number("-j", given["jobs"].as<std::string>(), {1, most_jobs}));
   options.force = given.count("force") > 0;
   if (given.count("timeout") > 0) options.timeout_s = seconds_of("--timeout", given["timeout"].as<std::string>());
-  if (given.count("memory") > 0) {
-    const std::int64_t megabytes = whole_number(given, "memory", "--memory");
-    if (megabytes < 1 || megabytes > most_memory)
-      throw InputError("--memory " + std::to_string(megabytes) + ": expected 1 to " + std::to_string(most_memory) +
-                       " megabytes");
-    options.memory_mb = static_cast<std::size_t>(megabytes);
-  }
+  if (const auto memory = text_of(given, "memory"))
+    options.memory_mb = static_cast<std::size_t>(whole_number("--memory", *memory, {1, most_memory, "megabytes"}));
   return options;
 }
 

@@ -67,7 +67,7 @@ class ForceValidation final : public Experiment {
     CallbackProgress progress(std::cerr, race_.name);
     const ForceScores found = validate_forces(race_, rows, request.out, progress.callback());
     progress.finish();
-    if (!found.unjudged.empty()) std::cerr << "warning: " << no_lap_to_judge(found.unjudged) << '\n';
+    if (!found.unjudged.empty()) std::cerr << "warning: " << no_lap_to_judge(found) << '\n';
     return print_and_report(found.scores, request.out);
   }
 

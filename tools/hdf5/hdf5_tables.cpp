@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "config/ascii.hpp"
 #include "config/errors.hpp"
 #include "experiment/column_docs.hpp"
 #include "report/columns.hpp"
@@ -73,7 +74,7 @@ const ColumnDoc* find_doc(const std::string& file, const std::string& column) {
 }
 
 bool is_missing(std::string cell) {
-  std::transform(cell.begin(), cell.end(), cell.begin(), [](unsigned char c) { return std::tolower(c); });
+  cell = lower_case(std::move(cell));
   return cell.empty() || cell == "nan" || cell == "-nan";
 }
 

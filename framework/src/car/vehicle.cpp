@@ -111,6 +111,16 @@ CarFile read_car(const Node& node, Errors& errors) {
   return file;
 }
 
+namespace {
+
+/// Effects whose id the list has more than once are told by their index.
+void number_repeated(std::vector<PluginSpec>& effects) {
+  for (std::size_t i = 0; i < effects.size(); ++i)
+    if (std::ranges::count(effects, effects[i].id(), &PluginSpec::id) > 1) effects[i].index_in_list = i;
+}
+
+}  // namespace
+
 VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFile& car, const char* integrator,
                          Errors& errors, Readings readings) {
   VehicleSpec spec;
@@ -124,6 +134,7 @@ VehicleSpec read_vehicle(const Node& node, const Registry& registry, const CarFi
     spec.effects.push_back(read_plugin(effect, abi::Kind::effect, registry));
     effect.finish();
   }
+  number_repeated(spec.effects);
   spec.integration = read_integration(r, integrator);
   r.finish();
   if (errors.added() == before) {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/ascii.hpp"
 #include "config/errors.hpp"
 #include "config/json_file.hpp"
 #include "config/utf8.hpp"
@@ -284,8 +285,7 @@ std::pair<std::size_t, std::size_t> token_around(std::string_view text, std::siz
 std::string hint_for(const std::string& found) {
   if (found == "/" || found == "#") return "JSON has no comments: write the words as a \"note\"";
   if (found == "'") return "text is written in double quotes, found a single one";
-  std::string word;
-  for (const char c : found) word += static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  const std::string word = lower_case(found);
   for (const char* name : {"nan", "inf", "infinity"}) {
     if (word == name || (word.size() > 1 && word.substr(1) == name)) {
       return "JSON has no " + found + ", expected a finite number";

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/ascii.hpp"
 #include "config/errors.hpp"
 #include "config/node.hpp"
 
@@ -275,16 +276,10 @@ std::string abbreviated(std::string_view unit) {
   }
 }
 
-std::string_view trimmed(std::string_view text) {
-  const auto from = text.find_first_not_of(' ');
-  if (from == std::string_view::npos) return {};
-  return text.substr(from, text.find_last_not_of(' ') - from + 1);
-}
-
 }  // namespace
 
 Unit Unit::parse(std::string_view text) {
-  const std::string_view body = trimmed(text);
+  const std::string_view body = trim(text, " ");
   if (body.empty() || body == "-") return {};
   return UnitParser(body).parse();
 }
@@ -321,7 +316,7 @@ std::string expectation(std::string_view unit) {
 }
 
 double to_si(std::string_view text, std::string_view expected_unit) {
-  const std::string_view body = trimmed(text);
+  const std::string_view body = trim(text, " ");
   const Dimension expected = [&] {
     try {
       return Unit::parse(expected_unit).dimension;
@@ -338,7 +333,7 @@ double to_si(std::string_view text, std::string_view expected_unit) {
     throw UnitError(quoted(text) + " is not a finite number with a unit, " + expectation(expected_unit));
   }
   const std::string number(body.data(), stop);
-  const std::string_view rest = trimmed({stop, static_cast<std::size_t>(end - stop)});
+  const std::string_view rest = trim({stop, static_cast<std::size_t>(end - stop)}, " ");
   if (rest.starts_with(',')) throw UnitError(quoted(text) + " has a comma; the decimal mark is a point");
   if (rest.empty()) {
     if (expected == Dimension{}) throw UnitError(quoted(text) + " is text: write " + number + " without quotes");
@@ -363,13 +358,11 @@ double to_si(std::string_view text, std::string_view expected_unit) {
 
 std::string header_unit(std::string_view written, std::string_view expected_unit, bool any_form) {
   const Dimension expected = Unit::parse(expected_unit).dimension;
-  std::string unit(trimmed(written));
+  std::string unit(trim(written, " "));
   for (std::size_t at; (at = unit.find("\xc2\xb0")) != std::string::npos;) unit.replace(at, 2, "deg");
   std::vector<std::string> readings{unit};
   if (any_form) {
-    std::string lower = unit;
-    for (char& c : lower)
-      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    const std::string lower = lower_case(unit);
     readings.insert(readings.end(), {lower, abbreviated(unit), abbreviated(lower)});
   }
   for (const std::string& reading : readings) {

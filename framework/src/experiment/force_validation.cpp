@@ -71,11 +71,18 @@ class LapEvaluation final : public StepObserver {
   ChannelTraces traces_;
 };
 
+void add_unjudged(ForceScores& all, const std::string& row, int laps_driven, const RunSummary& run) {
+  const bool finished = run.status == Status::finished;
+  all.too_short = all.too_short || finished;
+  all.unjudged += (all.unjudged.empty() ? "" : ", ") + row + " (" + std::to_string(laps_driven) + " laps driven" +
+                  (finished ? "" : ": " + run.message) + ")";
+}
+
 }  // namespace
 
-std::string no_lap_to_judge(const std::string& rows) {
-  return "no full lap to judge after the stack trusts what it learned (adapt_after): " + rows +
-         "; a world of more laps, or an earlier adapt_after, gives one";
+std::string no_lap_to_judge(const ForceScores& found) {
+  return "no full lap to judge after the stack trusts what it learned (adapt_after): " + found.unjudged +
+         (found.too_short ? "; a world of more laps, or an earlier adapt_after, gives one" : "");
 }
 
 ForceScores validate_forces(const RaceSpec& race, const std::vector<std::string>& rows,
@@ -99,14 +106,13 @@ ForceScores validate_forces(const RaceSpec& race, const std::vector<std::string>
     LapEvaluation evaluation(vehicle, spec, race.world);
     assembly.simulation().observe_with(&evaluation);
     part.follow(assembly.simulation());
-    assembly.run();
+    const RunSummary run = assembly.run();
     if (evaluation.judged())
       files.add(spec.name, evaluation.traces(), all.scores);
     else
-      all.unjudged += (all.unjudged.empty() ? "" : ", ") + spec.name + " (" + std::to_string(evaluation.laps_driven()) +
-                      " laps driven)";
+      add_unjudged(all, spec.name, evaluation.laps_driven(), run);
   }
-  if (all.scores.empty() && !all.unjudged.empty()) throw std::runtime_error(no_lap_to_judge(all.unjudged));
+  if (all.scores.empty() && !all.unjudged.empty()) throw std::runtime_error(no_lap_to_judge(all));
   files.write(out);
   return all;
 }

@@ -13,11 +13,14 @@ namespace gripline {
 
 struct ForceScores {
   std::vector<ChannelScore> scores;
-  std::string unjudged;  // rows that had no lap to judge, as "gp (0 laps driven)"; empty: none
+  /// Rows that had no lap to judge, as "gp (0 laps driven)", "gp (1 laps driven: still driving after 60 s)" where the
+  /// race ended otherwise than it should; empty: none.
+  std::string unjudged;
+  bool too_short = false;  // whether one of those was driven to the race's end
 };
 
-/// The message for a row without a lap.
-std::string no_lap_to_judge(const std::string& rows);
+/// The message for rows without a lap, with what helps where a race was too short.
+std::string no_lap_to_judge(const ForceScores& found);
 
 /// Races those of the rows that have an estimator and compares, over the first full lap after a stack trusts what it
 /// learned, its predictions of e_vx, e_vy, e_omega and of both axle forces, each before it learns from the step.

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "config/ascii.hpp"
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "geometry/middle_line.hpp"
@@ -36,12 +37,7 @@ void in_file(const fs::path& file, const Step& step) {
 }
 
 /// The ending of a name in small letters: .gpx of .GPX.
-std::string lower_ending(const fs::path& file) {
-  std::string ending = file.extension().string();
-  for (char& c : ending)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return ending;
-}
+std::string lower_ending(const fs::path& file) { return lower_case(file.extension().string()); }
 
 /// Within so few degrees of 0, 0 is only sea: numbers of that size are radians.
 void tell_radians(RoadTrace& trace) {

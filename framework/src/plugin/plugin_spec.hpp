@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,9 +18,14 @@ struct PluginSpec {
   std::vector<abi::ParamValue> values;
   std::vector<bool> defaulted;  // whether a value is the declared default, which nothing stated; empty: all are stated
   std::vector<std::shared_ptr<const std::vector<double>>> tables;
+  /// Of an effect: its index in the list it was read from, where that list has its id more than once. It stays when
+  /// others are taken out of a spec.
+  std::optional<std::size_t> index_in_list;
 
   bool empty() const { return entry == nullptr; }
   std::string id() const { return entry == nullptr ? "" : entry->decl->id; }
+  /// What names it in the list it was read from, and in pointers: its id, or its index where the id says too little.
+  std::string name_in_list() const { return index_in_list ? std::to_string(*index_in_list) : id(); }
   /// The numbers alone, as effects and vehicle models take them.
   std::vector<double> numbers() const;
 };

@@ -11,10 +11,12 @@
 #include <set>
 #include <sstream>
 
+#include "config/ascii.hpp"
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "config/json_file.hpp"
 #include "experiment/experiment.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::sweep {
 namespace {
@@ -29,24 +31,13 @@ std::uint64_t mixed(std::uint64_t x) {
   return x ^ (x >> 31U);
 }
 
-std::string trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r"), last = text.find_last_not_of(" \t\r");
-  return first == std::string_view::npos ? std::string() : std::string(text.substr(first, last - first + 1));
-}
-
-std::optional<double> number_of(std::string_view text) {
-  double value = 0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || stop != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
 /// "lo..hi" with both ends numbers.
 std::optional<std::pair<double, double>> range_of(const std::string& text) {
   const std::size_t dots = text.find("..");
   if (dots == std::string::npos) return std::nullopt;
-  const auto lo = number_of(trimmed(text.substr(0, dots))), hi = number_of(trimmed(text.substr(dots + 2)));
-  if (!lo || !hi) return std::nullopt;
+  const std::string_view whole = text;
+  const auto lo = parse_number(trim(whole.substr(0, dots))), hi = parse_number(trim(whole.substr(dots + 2)));
+  if (!lo || !hi || !std::isfinite(*lo) || !std::isfinite(*hi)) return std::nullopt;
   return std::pair(*lo, *hi);
 }
 
@@ -155,7 +146,7 @@ std::vector<std::string> split_levels(std::string_view text) {
       levels.back() += text[i];
   }
   for (std::string& level : levels) {
-    level = trimmed(level);
+    level = std::string(trim(level));
     if (level.empty()) throw InputError("\"" + std::string(text) + "\": a value is missing between commas");
   }
   return levels;
@@ -191,8 +182,9 @@ std::vector<std::uint64_t> parse_seeds(const std::string& text) {
   std::vector<std::uint64_t> seeds;
   for (const std::string& part : split_levels(text)) {
     const std::size_t dots = part.find("..");
-    const std::uint64_t first = seed_number(trimmed(part.substr(0, dots)), text);
-    const std::uint64_t last = dots == std::string::npos ? first : seed_number(trimmed(part.substr(dots + 2)), text);
+    const std::uint64_t first = seed_number(std::string(trim(part.substr(0, dots))), text);
+    const std::uint64_t last =
+        dots == std::string::npos ? first : seed_number(std::string(trim(part.substr(dots + 2))), text);
     if (last < first) throw InputError(("--seeds " + text).append(": ").append(part).append(" ends before it begins"));
     if (seeds.size() + (last - first) >= most)
       throw InputError("--seeds " + text + ": at most " + std::to_string(most) + " seeds");
@@ -321,8 +313,8 @@ Design Design::list(const std::filesystem::path& file) {
   for (std::string line; std::getline(lines, line);) {
     ++number;
     if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
-    if (trimmed(line).empty()) continue;
-    const std::string row = trimmed(line);
+    const std::string row(trim(line));
+    if (row.empty()) continue;
     const std::vector<std::string> cells = cells_of(row);
     if (design.factors_.empty()) {
       for (const std::string& cell : cells) {

@@ -1,7 +1,6 @@
 #include "sweep/factor_statistics.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -31,13 +30,6 @@ bool more_is_better(const std::string& response) {
   return names.contains(response) || response.ends_with("_r2");
 }
 
-std::optional<double> number_of(const std::string& text) {
-  double value = 0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || stop != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 /// A factor as the statistics see it: few levels.
 struct Grouping {
   std::vector<std::string> names;
@@ -49,7 +41,7 @@ Grouping group_levels(const std::vector<std::string>& levels) {
   Grouping grouping;
   std::vector<std::pair<double, std::uint32_t>> numbers;
   for (std::size_t i = 0; i < levels.size(); ++i)
-    if (const auto number = number_of(levels[i])) numbers.emplace_back(*number, static_cast<std::uint32_t>(i));
+    if (const auto number = parse_number(levels[i])) numbers.emplace_back(*number, static_cast<std::uint32_t>(i));
   grouping.group.resize(levels.size());
   if (levels.size() <= most_levels || numbers.size() < levels.size()) {
     grouping.names = levels;

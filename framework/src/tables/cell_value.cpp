@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "config/ascii.hpp"
 #include "util/numbers.hpp"
 
 namespace gripline {
@@ -13,11 +14,12 @@ namespace gripline {
 std::string_view trim(std::string_view text) {
   // A blank that does not break is two bytes in UTF-8; the second of them alone ends letters too.
   constexpr std::string_view unbroken = "\xc2\xa0";
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && (blank(text.front()) || text.starts_with(unbroken)))
-    text.remove_prefix(blank(text.front()) ? 1 : unbroken.size());
-  while (!text.empty() && (blank(text.back()) || text.ends_with(unbroken)))
-    text.remove_suffix(blank(text.back()) ? 1 : unbroken.size());
+  for (std::size_t before = text.size() + 1; text.size() < before;) {
+    before = text.size();
+    text = gripline::trim(text);
+    if (text.starts_with(unbroken)) text.remove_prefix(unbroken.size());
+    if (text.ends_with(unbroken)) text.remove_suffix(unbroken.size());
+  }
   return text;
 }
 

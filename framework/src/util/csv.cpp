@@ -6,6 +6,7 @@
 #include <cmath>
 #include <span>
 
+#include "config/ascii.hpp"
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "util/numbers.hpp"
@@ -25,13 +26,6 @@ struct CsvLine {
     return 1 + static_cast<int>(std::count_if(raw.data(), at, [](char c) { return (c & 0xc0) != 0x80; }));
   }
 };
-
-std::string_view trim(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 /// Cells of one line; each is a part of it.
 void split(std::string_view line, std::vector<std::string_view>& cells) {

@@ -11,7 +11,7 @@ volatile std::sig_atomic_t signal_seen = 0, code_at_end = 1;
 
 /// Only what a signal handler may do: write and _exit (POSIX.1-2017, 2.4.3).
 [[noreturn]] void end_process() {
-  constexpr std::string_view text = "\ninterrupted: nothing was written\n";
+  constexpr std::string_view text = "\ninterrupted: what was not finished is not written\n";
   [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
   _exit(code_at_end);
 }

@@ -13,8 +13,8 @@ class StopSignal {
     note_then_end,  ///< as note; a second signal ends the process
     end,            ///< the first signal ends the process
   };
-  /// A process that is ended says on stderr that it was interrupted and that nothing was written;
-  /// its exit code is `exit_code`.
+  /// A process that is ended says on stderr that it was interrupted and that what was not finished is not written: the
+  /// work keeps its results whole (util/whole_file.hpp). Its exit code is `exit_code`.
   explicit StopSignal(Reaction reaction, int exit_code = 1);
   ~StopSignal();
   StopSignal(const StopSignal&) = delete;

@@ -5,8 +5,8 @@
 // further than its tyres gain force, along the plan of the step before.
 //
 // The plan of the step before, shifted by one, is the start. A solve that does not converge is counted as failed; its
-// best iterate, in the worst case the shifted plan, is driven, and the next step starts anew if not even one program
-// was solved.
+// best iterate, in the worst case the shifted plan, is driven. After a quadratic program that could not be solved, or a
+// number that is none, the next step starts anew.
 #include <algorithm>
 #include <cmath>
 #include <limits>

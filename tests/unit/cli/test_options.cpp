@@ -43,6 +43,18 @@ TEST(Options, NamesBetweenCommas) {
   }
 }
 
+TEST(Options, WholeNumbersOfARange) {
+  const auto read = [](const char* text, const WholeRange& range) {
+    return refusal([&] { EXPECT_EQ(std::to_string(whole_number("--seed", text, range)), text); });
+  };
+  for (const char* text : {"0", "17", "4294967295"}) EXPECT_EQ(read(text, {0, 4294967295}), "") << text;
+  for (const char* text : {"", "x", "1.5", "1e3", "+1", " 1", "1 "})
+    EXPECT_EQ(read(text, {0, 9}), std::string("--seed ") + text + ": expected a whole number");
+  for (const char* text : {"-1", "4294967296", "99999999999999999999", "-99999999999999999999"})
+    EXPECT_EQ(read(text, {0, 4294967295}), std::string("--seed ") + text + ": expected 0 to 4294967295");
+  EXPECT_EQ(read("0", {1, 8, "megabytes"}), "--seed 0: expected 1 to 8 megabytes");
+}
+
 TEST(Options, NumbersBetweenCommas) {
   const Expected time{"s", "times above 0 s", 1000.0}, factor{"", "factors above 0 and up to 10", 10.0};
   struct Row {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "support/comma_locale.hpp"
@@ -21,6 +22,22 @@ TEST(Numbers, LongTextsStayWhole) {
     const std::string name(length, 'x');
     EXPECT_EQ(format("%s is %g m long", name.c_str(), 0.5), name + " is 0.5 m long");
   }
+}
+
+TEST(Numbers, AreRoundedToSignificantDigits) {
+  EXPECT_NEAR(rounded(1234.5678, 6), 1234.57, 1e-9);
+  EXPECT_NEAR(rounded(-0.00123456, 3), -0.00123, 1e-15);
+  EXPECT_NEAR(rounded(9.9996, 4), 10.0, 1e-12);
+  EXPECT_EQ(rounded(0.0, 6), 0.0);
+  EXPECT_TRUE(std::isnan(rounded(not_a_number, 6)));
+  EXPECT_TRUE(std::isinf(rounded(-INFINITY, 6)));
+}
+
+TEST(Numbers, AreReadFromWholeTexts) {
+  EXPECT_EQ(parse_number("2.5"), 2.5);
+  EXPECT_EQ(parse_number("-1e3"), -1000.0);
+  EXPECT_EQ(parse_number("inf"), INFINITY);
+  for (const char* text : {"", " 1", "1 ", "+1", "1x", "x", "1,5", "1e999"}) EXPECT_FALSE(parse_number(text)) << text;
 }
 
 using NumbersInCommaLocale = testing_support::InCommaLocale;

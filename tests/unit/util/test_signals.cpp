@@ -6,7 +6,7 @@
 namespace gripline {
 namespace test_signals {
 
-constexpr const char* said = "interrupted: nothing was written";
+constexpr const char* said = "interrupted: what was not finished is not written";
 using Reaction = StopSignal::Reaction;
 
 TEST(StopSignal, NotesEverySignalWhileItLives) {

@@ -17,9 +17,7 @@ namespace {
 /// named by their index.
 std::size_t place_in(const WorldSpec& world, const CandidateEffect& effect) {
   const auto& effects = world.vehicle.effects;
-  const auto is_twice = [&](const PluginSpec& one) {
-    return std::ranges::count(effects, one.id(), &PluginSpec::id) > 1;
-  };
+  const auto is_twice = [](const PluginSpec& one) { return one.index_in_list.has_value(); };
   if (std::ranges::any_of(effects, is_twice)) return effects.size();
   const PluginContext context = Trial::context_of(world);
   std::vector<EffectOrder> chain;

@@ -7,6 +7,7 @@
 #include "config/json_file.hpp"
 #include "measured/estimates/session_delays.hpp"
 #include "measured/session/centre_of_gravity.hpp"
+#include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::calibrate {
@@ -14,21 +15,17 @@ namespace {
 
 constexpr double slowest_share = 0.25;  // of v_ref
 /// A figure without more digits than anybody needs.
-double rounded(double value, int digits = 6) {
-  if (value == 0.0 || !std::isfinite(value)) return value;
-  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - (digits - 1));
-  return std::round(value / unit) * unit;
-}
+Node figure(double value, int digits = 6) { return number_or_null(rounded(value, digits)); }
 
 Node parameter_record(const FittedParameter& p) {
   Node record = Node::empty_object();
   record.set("pointer", Node(p.unknown.pointer));
   record.set("group", Node(p.unknown.group));
-  record.set("value", number_or_null(rounded(p.value)));
-  record.set("low", number_or_null(rounded(p.interval.low)));
-  record.set("high", number_or_null(rounded(p.interval.high)));
-  record.set("prior", number_or_null(rounded(p.unknown.prior)));
-  record.set("learned", number_or_null(rounded(p.interval.learned, 3)));
+  record.set("value", figure(p.value));
+  record.set("low", figure(p.interval.low));
+  record.set("high", figure(p.interval.high));
+  record.set("prior", figure(p.unknown.prior));
+  record.set("learned", figure(p.interval.learned, 3));
   record.set("status", Node(status_names[static_cast<std::size_t>(p.status)]));
   return record;
 }
@@ -41,7 +38,7 @@ Node errors_record(std::span<const HorizonRow> rows) {
       if (row.error[q].count == 0) continue;
       Node figures{Node::Array{}};
       for (const double v : {row.error[q].rms, row.error[q].low, row.error[q].high})
-        figures.array().push_back(number_or_null(rounded(v, 4)));
+        figures.array().push_back(figure(v, 4));
       one.set(quantity_names[q], std::move(figures));
     }
     all.set(row.name, std::move(one));
@@ -51,11 +48,11 @@ Node errors_record(std::span<const HorizonRow> rows) {
 
 Node friction_record(const Friction& friction) {
   Node record = Node::empty_object();
-  record.set("front", number_or_null(rounded(friction.front, 4)));
-  record.set("rear", number_or_null(rounded(friction.rear, 4)));
-  record.set("total", number_or_null(rounded(friction.total, 4)));
-  record.set("low", number_or_null(rounded(friction.total_low, 4)));
-  record.set("high", number_or_null(rounded(friction.total_high, 4)));
+  record.set("front", figure(friction.front, 4));
+  record.set("rear", figure(friction.rear, 4));
+  record.set("total", figure(friction.total, 4));
+  record.set("low", figure(friction.total_low, 4));
+  record.set("high", figure(friction.total_high, 4));
   return record;
 }
 

@@ -10,6 +10,7 @@
 #include "calibrate/fit/prediction_rows.hpp"
 #include "calibrate/forecast/baselines.hpp"
 #include "config/errors.hpp"
+#include "util/normal_draw.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 
@@ -39,9 +40,8 @@ std::vector<double> start_of(int attempt, std::span<const double> values, std::s
   std::mt19937 random(seed + static_cast<unsigned>(attempt));
   Eigen::VectorXd move(static_cast<Eigen::Index>(unknowns.size()));
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
-    double sum = -6.0;  // of twelve uniform draws: nearly normal, the same on every machine
-    for (int k = 0; k < 12; ++k) sum += static_cast<double>(random()) / 4294967296.0;
-    move(static_cast<Eigen::Index>(i)) = unknowns[i].observer ? 0.0 : 0.5 * unknowns[i].sigma * sum;
+    const double draw = nearly_normal(random);
+    move(static_cast<Eigen::Index>(i)) = unknowns[i].observer ? 0.0 : 0.5 * unknowns[i].sigma * draw;
   }
   return after_step(values, unknowns, move);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "util/normal_draw.hpp"
 #include "util/statistics.hpp"
 
 namespace gripline::calibrate {
@@ -78,10 +79,7 @@ std::vector<Eigen::VectorXd> normal_moves(const Eigen::MatrixXd& hessian, std::s
   if (factor.info() != Eigen::Success) return moves;
   for (std::size_t draw = 0; draw < draws; ++draw) {
     Eigen::VectorXd z(hessian.rows());
-    for (Index i = 0; i < z.size(); ++i) {
-      z(i) = -6.0;  // of twelve uniform draws: nearly normal, the same on every machine
-      for (int k = 0; k < 12; ++k) z(i) += static_cast<double>(random()) / 4294967296.0;
-    }
+    for (Index i = 0; i < z.size(); ++i) z(i) = nearly_normal(random);
     moves.emplace_back(scale.asDiagonal() * factor.matrixU().solve(z));
   }
   return moves;

@@ -26,13 +26,6 @@ std::string pointer_to(std::size_t parameter) {
                              : "/calibration/observer/" + name;
 }
 
-std::string effect_name(const WorldSpec& world, std::size_t i) {
-  const std::string id = world.vehicle.effects[i].id();
-  const auto same = [&](const PluginSpec& other) { return other.id() == id; };
-  const auto count = std::count_if(world.vehicle.effects.begin(), world.vehicle.effects.end(), same);
-  return count == 1 ? id : std::to_string(i);
-}
-
 }  // namespace
 
 std::vector<ParameterPlace> parameter_places(const WorldSpec& world, const Forecaster& forecaster) {
@@ -42,13 +35,12 @@ std::vector<ParameterPlace> parameter_places(const WorldSpec& world, const Forec
   };
   for (const abi::ParamDecl& p : world.vehicle.model.entry->params())
     add(p, std::string("/plant/params/") + p.name, "model");
-  for (std::size_t i = 0; i < world.vehicle.effects.size(); ++i) {
-    const PluginSpec& effect = world.vehicle.effects[i];
+  for (const PluginSpec& effect : world.vehicle.effects) {
     PluginContext context;
     context.car = world.car.car;
     const auto stage = create<Effect>(*effect.entry, context, effect.values)->stage();
     for (const abi::ParamDecl& p : effect.entry->params())
-      add(p, "/plant/effects/" + effect_name(world, i) + "/params/" + p.name,
+      add(p, "/plant/effects/" + effect.name_in_list() + "/params/" + p.name,
           stage_groups[static_cast<std::size_t>(stage)]);
   }
   for (std::size_t e = 0; e < forecast_parameter_count; ++e) {
@@ -128,6 +120,17 @@ struct Tie {
   Origin origin;
 };
 
+/// Why a parameter cannot have the values of an unknown; empty where it can.
+std::string why_not_same(const Unknown& u, const ParameterPlace& place) {
+  const std::string range =
+      "the range of " + place.pointer + ", " + number_text(place.low) + " to " + number_text(place.high);
+  if (u.prior < place.low || u.prior > place.high)
+    return "the value " + number_text(u.prior) + " of " + u.pointer + " lies outside of " + range;
+  if (std::max(u.low, place.low) < std::min(u.high, place.high)) return "";
+  return range + ", leaves no room between " + number_text(u.low) + " and " + number_text(u.high) + ", the bounds of " +
+         u.pointer;
+}
+
 /// Hands every parameter that is said to be the same as another to that one's unknown.
 void join(std::vector<Unknown>& all, std::span<const Tie> ties, std::span<const ParameterPlace> places,
           Errors& errors) {
@@ -146,6 +149,10 @@ void join(std::vector<Unknown>& all, std::span<const Tie> ties, std::span<const 
     if (tie.place->unit != unit) {
       errors.add(tie.origin, tie.place->pointer + " [" + tie.place->unit + "] cannot be the same as " + u.pointer +
                                  " [" + unit + "]");
+      continue;
+    }
+    if (const std::string why = why_not_same(u, *tie.place); !why.empty()) {
+      errors.add(tie.origin, why);
       continue;
     }
     u.low = std::max(u.low, tie.place->low);

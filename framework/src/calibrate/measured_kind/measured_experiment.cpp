@@ -158,12 +158,13 @@ MeasuredSpec read_measured(const Node& tree, const Registry& registry) {
     read_own_world(r, *world, registry, errors, spec);
   read_log_names(r, errors, spec);
   read_judged_time(r, spec);
+  if (errors.empty() && !spec.world.track && !spec.track)  // before their rows are read: what is not there has none
+    spec.left_out = leave_out_place_effects(spec.world.vehicle, spec.world.car.car);
   read_rows(r, errors, spec);
   r.finish();
   errors.throw_if_any();
   require_vehicle_model(spec.world, "a fit");
   if (!spec.map.empty()) (void)measured::load_log_map(spec.map);
-  if (!spec.world.track && !spec.track) spec.left_out = leave_out_place_effects(spec.world.vehicle, spec.world.car.car);
   return spec;
 }
 
@@ -268,7 +269,7 @@ class MeasuredRun {
   }
 
   /// The world without an effect, its other unknowns fitted again from where they stood. Of an effect that it has twice
-  /// the first goes: parameters are told by their place, since the other one is then named otherwise.
+  /// the first goes.
   void ablate(const std::string& effect) {
     report_progress("without " + effect);
     WorldSpec world = spec_.world;

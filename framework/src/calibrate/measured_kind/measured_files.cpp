@@ -5,16 +5,13 @@
 #include "config/json_file.hpp"
 #include "experiment/result_files.hpp"
 #include "util/csv_writer.hpp"
+#include "util/numbers.hpp"
 
 namespace gripline::calibrate {
 namespace {
 
 /// Enough digits for a figure.
-Node figure(double value) {
-  if (value == 0.0 || !std::isfinite(value)) return number_or_null(value);
-  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 5.0);
-  return number_or_null(std::round(value / unit) * unit);
-}
+Node figure(double value) { return number_or_null(rounded(value, 6)); }
 
 /// A time [s] without the digits that adding leaves.
 double microseconds(double time) { return std::round(time * 1e6) / 1e6; }
@@ -102,9 +99,10 @@ Node held_out_node(const HeldOut& h, double horizon) {
   constexpr std::array<const char*, channels> names = {"x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps", "yaw_rate_radps"};
   Node node = Node::empty_object();
   node.set("log", Node(h.log));
-  std::vector<double> when;
-  for (const double t : h.start) when.push_back(t + horizon);
-  node.set("t_s", series(when));
+  // Not as figures, which of an hour's log tell tens of milliseconds apart.
+  Node when{Node::Array{}};
+  for (const double t : h.start) when.array().push_back(number_or_null(microseconds(t + horizon)));
+  node.set("t_s", std::move(when));
   for (std::size_t c = 0; c < channels; ++c) {
     node.set(std::string("predicted_") + names[c], series(h.predicted, channels, c));
     node.set(std::string("measured_") + names[c], series(h.truth, channels, c));

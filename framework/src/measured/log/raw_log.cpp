@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/ascii.hpp"
 #include "config/errors.hpp"
 #include "measured/clock_steps.hpp"
 #include "util/numbers.hpp"
@@ -45,13 +46,9 @@ std::string meant(const CsvTable& table, const std::string& column) {
   for (const std::string& name : table.header)
     if (std::none_of(aliases().begin(), aliases().end(), [&](const Alias& a) { return name == a.column; }))
       free.push_back(name);
-  const auto lower = [](std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-    return text;
-  };
   for (const Alias& a : aliases())
     for (const std::string& name : free)
-      if (a.column == column && std::find(a.also.begin(), a.also.end(), lower(name)) != a.also.end())
+      if (a.column == column && std::find(a.also.begin(), a.also.end(), lower_case(name)) != a.also.end())
         return "; did you mean \"" + name + "\"?";
   const auto near = nearest(column, free);
   return near ? "; did you mean \"" + *near + "\"?" : std::string();

@@ -12,6 +12,7 @@ namespace test_unknowns {
 
 using test::CalibrateRig;
 using test::small_car_world;
+using testing::AllOf;
 using testing::HasSubstr;
 
 std::vector<Unknown> read(const char* patch, Errors& errors, std::vector<std::string> chosen = {}) {
@@ -81,6 +82,22 @@ TEST(Unknowns, WhatIsTheSameMovesTogether) {
   EXPECT_EQ(values[all[0].same[0].index], 0.5);
   assign(values, all[0], 0.125);
   EXPECT_EQ(values[all[0].same[1].index], 0.125);
+}
+
+/// What is fitted is written to both: the plugin would refuse it.
+TEST(Unknowns, WhatIsTheSameHasValuesThatBothCanHave) {
+  const auto tied = [](const std::string& leader) {
+    return R"({"plant": {"effects": [{"plugin": "throttle_dead_zone"}]}, "unknowns": {"/plant/params/Cf": {)" + leader +
+           R"(}, "/plant/effects/throttle_dead_zone/params/z": {"same_as": "/plant/params/Cf"}}})";
+  };
+  EXPECT_THAT(why(tied(R"("sigma": 0.1)").c_str()),
+              AllOf(HasSubstr("the value 1.4 of /plant/params/Cf lies outside of "),
+                    HasSubstr("the range of /plant/effects/throttle_dead_zone/params/z, ")));
+  Errors errors;
+  const auto all = read(tied(R"("sigma": 0.1, "prior": 0.1, "low": 0.01)").c_str(), errors);
+  ASSERT_TRUE(errors.empty());
+  EXPECT_EQ(all[0].low, 0.01);
+  EXPECT_LT(all[0].high, 1.0);
 }
 
 TEST(Unknowns, AFollowersNameChoosesItsLeader) {

@@ -33,9 +33,9 @@ void learn_noisily(Estimator& estimator, Nominal& nominal, const Drive& drive, s
 
 /// Belief against the truth along a drive.
 struct Tracking {
-  double rms = 0;         // of mu against mu_true from `from` on
-  double covered = 0;     // share of steps in which both axles lie within two standard deviations
-  double after_drop = 0;  // error of mu one second after the drop at 14.3 s
+  double rms = 0;                    // of mu against mu_true from `from` on
+  double covered = 0;                // share of steps in which both axles lie within two standard deviations
+  double after_drop = std::nan("");  // error of mu one second after the drop at 14.3 s; NaN: no step was there
   double sigma_front_at_end = 0;
 };
 Tracking track(Estimator& estimator, Nominal& nominal, const Drive& drive, double from, bool noisy = false) {
