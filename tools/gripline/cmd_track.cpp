@@ -312,7 +312,11 @@ int run_track(Arguments args) {
   try {
     const Prepared prepared = prepared_road(*given, words);
     const RoadTable& road = prepared.road;
-    if (std::string warning = warning_of_size(road); !warning.empty()) print_warnings(words.front(), {warning});
+    if (std::string warning = warning_of_size(road); !warning.empty()) {
+      Diagnostic diagnostic;
+      diagnostic.message = std::move(warning);
+      print_warnings(words.front(), {diagnostic});
+    }
     const Track track = make_track(prepared, words);
     tell(track, road);
     if (picture) write_file(*picture, picture_of(track));

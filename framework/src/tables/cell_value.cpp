@@ -11,12 +11,12 @@
 
 namespace gripline {
 
-std::string_view trim(std::string_view text) {
+std::string_view trim_cell(std::string_view text) {
   // A blank that does not break is two bytes in UTF-8; the second of them alone ends letters too.
   constexpr std::string_view unbroken = "\xc2\xa0";
   for (std::size_t before = text.size() + 1; text.size() < before;) {
     before = text.size();
-    text = gripline::trim(text);
+    text = trim(text);
     if (text.starts_with(unbroken)) text.remove_prefix(unbroken.size());
     if (text.ends_with(unbroken)) text.remove_suffix(unbroken.size());
   }
@@ -63,7 +63,7 @@ bool take(std::string_view& text, std::string_view characters) {
 double take_zone(std::string_view& clock) {
   for (const std::string_view greenwich : {"Z", "UTC"})
     if (clock.ends_with(greenwich)) {
-      clock = trim(clock.substr(0, clock.size() - greenwich.size()));
+      clock = trim_cell(clock.substr(0, clock.size() - greenwich.size()));
       return 0.0;
     }
   const std::size_t sign = clock.find_last_of("+-");
@@ -74,7 +74,7 @@ double take_zone(std::string_view& clock) {
   take(zone, ":");
   if (!zone.empty() && (!take_digits(zone, 2, minutes) || !zone.empty())) return not_a_number;
   const double east = clock[sign] == '-' ? -1.0 : 1.0;
-  clock = trim(clock.substr(0, sign));
+  clock = trim_cell(clock.substr(0, sign));
   return east * 60.0 * (60.0 * hours + minutes);
 }
 
@@ -103,7 +103,7 @@ bool is_missing(std::string_view cell) {
 }
 
 double read_cell(std::string_view cell, bool decimal_comma) {
-  cell = trim(cell);
+  cell = trim_cell(cell);
   if (cell.starts_with('+')) cell.remove_prefix(1);
   std::array<char, 64> copy{};
   // ISO 8601 lets fractions of a second follow a comma, whatever the numbers of the table do.

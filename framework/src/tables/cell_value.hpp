@@ -6,7 +6,7 @@
 namespace gripline {
 
 /// Without blanks, tabs, carriage returns and no-break spaces (UTF-8) at both ends.
-std::string_view trim(std::string_view text);
+std::string_view trim_cell(std::string_view text);
 
 /// Whether a trimmed cell says that there is nothing: empty, "-", "NaN", "N/A" and their like.
 bool is_missing(std::string_view cell);

@@ -20,14 +20,14 @@ struct Line {
 };
 
 bool is_comment(std::string_view text) {
-  text = trim(text);
+  text = trim_cell(text);
   return text.starts_with('#') || text.starts_with("//") || text.starts_with('%');
 }
 
 std::string_view without_comment_sign(std::string_view text) {
-  text = trim(text);
+  text = trim_cell(text);
   while (text.starts_with('#') || text.starts_with('%') || text.starts_with('/')) text.remove_prefix(1);
-  return trim(text);
+  return trim_cell(text);
 }
 
 std::vector<Line> lines_of(std::string_view text) {
@@ -38,7 +38,7 @@ std::vector<Line> lines_of(std::string_view text) {
     std::string_view line = text.substr(0, end);
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     ++number;
-    const std::string_view words = trim(line);
+    const std::string_view words = trim_cell(line);
     if (words.empty()) continue;
     // Tabs before the words separate empty cells; those behind them would be cells that every row may lack.
     line = line.substr(0, static_cast<std::size_t>(words.data() - line.data()) + words.size());
@@ -60,8 +60,8 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
       if (line[end] == '"') quoted = !quoted;
       ++end;
     }
-    std::string_view cell = trim(line.substr(begin, end - begin));
-    if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') cell = trim(cell.substr(1, cell.size() - 2));
+    std::string_view cell = trim_cell(line.substr(begin, end - begin));
+    if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') cell = trim_cell(cell.substr(1, cell.size() - 2));
     cells.push_back(cell);
     begin = end + 1;
     if (end >= line.size()) break;
@@ -147,7 +147,7 @@ void split_unit_off(std::string& name, std::string& unit) {
     // An element of a topic's array, "/wheels.speed[3]"; "Throttle [1]" has the unit one.
     if (open == '[' && number && name.front() == '/' && name[begin - 1] != ' ') continue;
     unit = name.substr(begin + 1, name.size() - begin - 2);
-    name = std::string(trim(std::string_view(name).substr(0, begin)));
+    name = std::string(trim_cell(std::string_view(name).substr(0, begin)));
     return;
   }
 }
