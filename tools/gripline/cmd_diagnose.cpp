@@ -236,12 +236,13 @@ int run_diagnose(Arguments args) {
   if (options.case_file)
     throw InputError("--case does not go with --map: a logger's table is judged by predictions, not by a case");
   const LogWorld world = read_log_world(options.world, *given, registry);
+  const auto map = map_option(*given, world.spec);
   // A world of a real car seldom has a road of its own (--track gives one): this may be a simulated log.
   if (options.mapped && world.tree.find("track") != nullptr)
     std::cerr << "--map: taken for logs of a real car, whose verdict is always unknown; of a simulated one, gripline "
                  "import it and diagnose what that writes without --map\n";
   return diagnose_real({options.world.filename().string(), options.logs, options.held_out, options.out, options.force},
-                       world, map_option(*given, world.spec), registry);
+                       world, map, registry);
 }
 
 }  // namespace gripline::tools
