@@ -87,14 +87,15 @@ std::vector<Diagnostic> late_sensor_warnings(const RaceSpec& race, const std::ve
       unaware.push_back(stack.name);
   if (unaware.empty()) return {};
   const std::string longest = milliseconds(late.steps * race.world.dt);
-  const std::string add = "{\"plugin\": \"" + std::string(effect) + "\", \"params\": {\"T\": \"" + longest + "\"}}";
-  const std::string who = (unaware.size() == 1 ? "the model of stack " : "the models of stacks ") + list_of(unaware);
-  const std::string shown =
-      late.of_all ? "the sensors show the car " + longest + " late" : "the sensors are late (" + late.channels + ")";
-  return {
-      diagnostic_at(place_of_delays(race.tree), shown + ", and " + who + (unaware.size() == 1 ? " does" : " do") +
-                                                    " not know: add " + add + " to the model's \"effects\"" +
-                                                    (late.of_all ? "" : ", which takes one time for all channels"))};
+  const std::string name(effect);
+  const std::string who = (unaware.size() == 1 ? "the model of stack " : "the models of stacks ") + list_of(unaware) +
+                          (unaware.size() == 1 ? " does" : " do") + " not know";
+  const std::string text = late.of_all
+                               ? "the sensors show the car " + longest + " late, and " + who + ": add {\"plugin\": \"" +
+                                     name + "\", \"params\": {\"T\": \"" + longest + "\"}} to the model's \"effects\""
+                               : "the sensors are late (" + late.channels + "), and " + who + "; the effect \"" + name +
+                                     "\" takes one time for all channels and cannot state this";
+  return {diagnostic_at(place_of_delays(race.tree), text)};
 }
 
 std::vector<Diagnostic> claim_warnings(const RaceSpec& race) {

@@ -45,8 +45,15 @@ TEST(RaceWarnings, LateSensorsThatNoModelStatesAreWarnedOfOnce) {
 TEST(RaceWarnings, ChannelsThatAreLateAloneAreNamed) {
   EXPECT_THAT(late(changed(with(R"({"sensors": {"delay": {"x": "20 ms", "vx": "40 ms"}}})").c_str()), {"elm"}),
               ElementsAre(AllOf(HasSubstr("the sensors are late (x 20 ms, vx 40 ms), and the model of stack elm does "
-                                          "not know: add"),
-                                HasSubstr("\"T\": \"40 ms\""), HasSubstr("one time for all channels"))));
+                                          "not know; the effect \"sensor_latency\" takes one time for all channels"),
+                                Not(HasSubstr("\"T\"")))));
+}
+
+/// The effect would shift the channels that are on time too.
+TEST(RaceWarnings, OneLateChannelGetsNoTimeForAll) {
+  EXPECT_THAT(late(changed(with(R"({"sensors": {"delay": {"x": "100 ms"}}})").c_str()), {"elm"}),
+              ElementsAre(AllOf(HasSubstr("late (x 100 ms)"), HasSubstr("one time for all channels"),
+                                Not(HasSubstr("add {")))));
 }
 
 TEST(RaceWarnings, AModelWithADelayKnows) {
