@@ -313,5 +313,23 @@ TEST_F(DiagnoseProgram, AScorecardOutlivesACaseThatBreaks) {
   EXPECT_TRUE(fs::exists(in("broken/out/scorecard.txt")));
 }
 
+/// Where no case has a score there is no card, and one of an earlier call stays.
+TEST_F(DiagnoseProgram, NoScoreReplacesNoScorecard) {
+  const fs::path folder = in("unscored/cases"), out = in("unscored/out");
+  fs::create_directories(folder);
+  fs::create_directories(out);
+  fs::copy(in("blind/tracks"), in("unscored/tracks"));
+  fs::copy(case_of("none_white"), folder / "none_white", fs::copy_options::recursive);
+  std::ofstream(folder / "none_white" / "answer.json") << R"({"kind": 3, "effects": []})";
+  std::ofstream(out / "scorecard.txt") << "earlier";
+  const Outcome none = gripline_with({"diagnose", "--score", folder.string(), "--out", out.string()});
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("/kind: expected a text"));
+  EXPECT_THAT(none.err, HasSubstr("no case has a score: no scorecard is written\n"));
+  EXPECT_THAT(none.out, Not(HasSubstr("scores: ")));
+  EXPECT_EQ(contents(out / "scorecard.txt"), "earlier");
+  EXPECT_FALSE(fs::exists(out / "score.csv"));
+}
+
 }  // namespace test_diagnose_program
 }  // namespace gripline

@@ -81,6 +81,16 @@ void score_one(const fs::path& folder, const fs::path& out, const Registry& regi
   }
 }
 
+void write_scores(const std::vector<diagnose::CaseScore>& scores, std::size_t cases, const fs::path& out) {
+  fs::create_directories(out);
+  write_file(out / result_files::score, diagnose::score_csv(scores));
+  const std::string card = diagnose::scorecard(scores);
+  write_file(out / result_files::scorecard, card);
+  std::cout << card;
+  if (scores.size() < cases) std::cout << scores.size() << " of " << cases << " cases are in these figures\n";
+  std::cout << "scores: " << (out / result_files::score).string() << '\n';
+}
+
 int score(const fs::path& cases, const fs::path& out, const Registry& registry) {
   if (!fs::is_directory(cases)) throw InputError(cases.string() + ": no such folder");
   const std::vector<fs::path> folders = diagnose::case_folders(cases);
@@ -100,15 +110,13 @@ int score(const fs::path& cases, const fs::path& out, const Registry& registry) 
   progress.finish();
   for (const std::string& why : scored.failed) std::cerr << "not scored: " << why << '\n';
   if (StopSignal::seen()) std::cerr << "interrupted: " << tried << " of " << folders.size() << " cases are diagnosed\n";
-  fs::create_directories(out);
-  write_file(out / result_files::score, diagnose::score_csv(scored.scores));
-  const std::string card = diagnose::scorecard(scored.scores);
-  write_file(out / result_files::scorecard, card);
-  std::cout << card;
-  if (scored.scores.size() < folders.size())
-    std::cout << scored.scores.size() << " of " << folders.size() << " cases are in these figures\n";
-  std::cout << "scores: " << (out / result_files::score).string() << '\n';
-  return StopSignal::seen() ? run_broke : scored.code;
+  const int code = StopSignal::seen() ? run_broke : scored.code;
+  if (scored.scores.empty()) {  // an earlier scorecard there stays
+    std::cerr << "no case has a score: no scorecard is written\n";
+    return code;
+  }
+  write_scores(scored.scores, folders.size(), out);
+  return code;
 }
 
 void print(const diagnose::Diagnosis& d) {
