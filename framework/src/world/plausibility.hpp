@@ -18,9 +18,10 @@ std::vector<Diagnostic> plausibility_warnings(const Car& car, const Node& node);
 std::vector<Diagnostic> plausibility_warnings(const FrictionSpec& friction, const Node& node);
 
 /// The warnings on its car and its friction, on a grip of its axles that no tyre has at any factor of the schedule, on a
-/// road of another scale than the car, and on noise and bias of sensors beyond the road's width, the car's speed or a
-/// tenth of a turn. Each has its place in `node`, which the world was read from. Constructs the plant in a process of
-/// its own; what that refuses gives no warning.
+/// road of another scale than the car, and on noise and bias of sensors: of the place beyond the road's width, of
+/// velocities beyond the car's v_ref, of the yaw beyond 0.5 rad, of the yaw rate beyond that of a turn at v_ref and 1 g
+/// (g / v_ref). Each has its place in `node`, which the world was read from. Constructs the plant in a process of its
+/// own; what that refuses gives no warning.
 std::vector<Diagnostic> plausibility_warnings(const WorldSpec& world, const Node& node);
 
 }  // namespace gripline
