@@ -170,7 +170,7 @@ std::vector<std::pair<std::string, std::size_t>> Catalogue::own_states() const {
 
 std::size_t Catalogue::hidden_states(const ModelSpec& model) const {
   std::size_t sum = 0;
-  for (const auto& [id, states] : own_states()) sum += states;
+  for (const Own& own : own_) sum += static_cast<std::size_t>(own.effect->memory());
   for (const std::size_t member : model.members) sum += static_cast<std::size_t>(candidates_[member].effect->memory());
   return sum;
 }
