@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "config/json_file.hpp"
 #include "util/whole_file.hpp"
@@ -153,6 +154,9 @@ Node diagnosis_json(const Diagnosis& d) {
 
 Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec& world) {
   const Catalogue& catalogue = diagnoser.catalogue();
+  const Node& read = world.vehicle.effects_read;
+  if ((read.is_array() ? read.array().size() : 0) != world.vehicle.effects.size())
+    throw std::logic_error("a patch is of a world with all effects of its file; this one has others");
   Node plant = Node::empty_object();
   if (!d.nominal_fit.empty()) {
     Node params = Node::empty_object();
@@ -161,9 +165,8 @@ Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec
   }
   Node::Array effects;
   for (const Catalogue::Link& link : catalogue.chain(d.fit.model))
-    effects.push_back(link.own
-                          ? own_node(world.vehicle.effects_read.array()[link.index], world.vehicle.effects[link.index])
-                          : member_node(catalogue, d.fit.model, link.index));
+    effects.push_back(link.own ? own_node(read.array()[link.index], world.vehicle.effects[link.index])
+                               : member_node(catalogue, d.fit.model, link.index));
   plant.set("effects", Node(std::move(effects)));
   Node patch = Node::empty_object();
   patch.set("plant", std::move(plant));

@@ -11,7 +11,8 @@ namespace gripline::diagnose {
 /// diagnosis.json (framework/doc/diagnose.md, "What it writes").
 Node diagnosis_json(const Diagnosis& d);
 
-/// What the named effects and refitted parameters change in a world's plant: a merge patch.
+/// What the named effects and refitted parameters change in a world's plant: a merge patch. Throws std::logic_error
+/// where effects of the world's file were left out of `world`, as they are written there by their number.
 Node world_patch(const Diagnosis& d, const Diagnoser& diagnoser, const WorldSpec& world);
 
 /// Writes diagnosis.json and augmented_world.json (which extends `world_file`) into a folder, creating it.

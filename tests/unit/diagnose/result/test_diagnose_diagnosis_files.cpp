@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <stdexcept>
 
 #include "support/diagnose_rig.hpp"
 #include "support/host_support.hpp"
@@ -83,6 +84,18 @@ TEST(DiagnoseDiagnosisFiles, TablesOfFilesAreWrittenByTheirRows) {
   const Node& table = *patch.find("plant")->find("effects")->array().front().find("params")->find("table");
   ASSERT_TRUE(table.is_array());
   EXPECT_EQ(table.array()[1].array()[1].number(), 3.0);
+}
+
+/// An effect that was left out after reading would shift the words of those behind it.
+TEST(DiagnoseDiagnosisFiles, AWorldWithoutAllEffectsOfItsFileIsRefused) {
+  const DiagnoseRig rig({}, {}, R"({"plant": {"effects": [{"plugin": "steer_lag", "params": {"tau": 0.02}},
+                                                          {"plugin": "aero_drag", "params": {"a": 0.1}}]}})");
+  WorldSpec less = rig.world();
+  less.vehicle.effects.erase(less.vehicle.effects.begin());
+  const Diagnoser diagnoser(less, rig.registry(), {});
+  Diagnosis d;
+  d.fit.model = diagnoser.catalogue().null_model();
+  EXPECT_THROW((void)world_patch(d, diagnoser, less), std::logic_error);
 }
 
 }  // namespace test_diagnose_diagnosis_files
