@@ -197,33 +197,47 @@ Listed read_listed(const Node& node, std::span<const ParameterPlace> places, std
   return out;
 }
 
+bool is_of_data_sheet(const ParameterPlace& place) {
+  return place.group == "model" &&
+         std::ranges::find(known_of_car, place.pointer.substr(place.pointer.rfind('/') + 1)) != known_of_car.end();
+}
+
 /// Of a world that lists none: all parameters of the model and its effects that a data sheet does not give.
 std::vector<Unknown> guess_unknowns(std::span<const ParameterPlace> places, std::span<const double> values) {
   std::vector<Unknown> all;
   for (const ParameterPlace& place : places) {
-    const std::string name = place.pointer.substr(place.pointer.rfind('/') + 1);
-    const bool known =
-        place.group == "model" && std::find(known_of_car.begin(), known_of_car.end(), name) != known_of_car.end();
-    if (!known && place.high > place.low) all.push_back(guess(place, values[place.index]));
+    if (!is_of_data_sheet(place) && place.high > place.low) all.push_back(guess(place, values[place.index]));
   }
   return all;
 }
 
+/// Why no unknown is what --fit names: what is no parameter, and what is one that is not fitted.
+std::string why_not_fitted(const std::string& name, std::span<const Unknown> all,
+                           std::span<const ParameterPlace> places, bool listed) {
+  const auto place = std::ranges::find(places, name, &ParameterPlace::pointer);
+  if (place != places.end()) {
+    const std::string start = "the parameter \"" + name + "\" is not fitted: ";
+    if (listed) return start + "the world's \"unknowns\" do not list it";
+    if (is_of_data_sheet(*place)) return start + "a data sheet gives it; \"unknowns\" in the world may list it";
+    return start + "its range is " + number_text(place->low) + " to " + number_text(place->high);
+  }
+  std::set<std::string> groups;
+  for (const Unknown& u : all) groups.insert(u.group);
+  std::vector<std::string> known(groups.begin(), groups.end());
+  for (const ParameterPlace& one : places) known.push_back(one.pointer);
+  return "no group or parameter \"" + name + "\"" + did_you_mean(name, known);
+}
+
 /// Those of the groups or with the pointers that --fit names.
-std::vector<Unknown> choose(std::span<const Unknown> all, std::span<const std::string> pointers,
-                            std::span<const std::string> chosen, Errors& errors) {
+std::vector<Unknown> choose(std::span<const Unknown> all, std::span<const ParameterPlace> places,
+                            std::span<const std::string> chosen, bool listed, Errors& errors) {
   std::vector<Unknown> kept;
   for (const Unknown& u : all)
     if (std::any_of(chosen.begin(), chosen.end(), [&](const std::string& c) { return is_called(u, c); }))
       kept.push_back(u);
-  std::set<std::string> groups;
-  for (const Unknown& u : all) groups.insert(u.group);
-  for (const std::string& c : chosen) {
-    if (std::any_of(all.begin(), all.end(), [&](const Unknown& u) { return is_called(u, c); })) continue;
-    std::vector<std::string> known(groups.begin(), groups.end());
-    known.insert(known.end(), pointers.begin(), pointers.end());
-    errors.add(Diagnostic{"--fit", 0, 0, "", "no group or parameter \"" + c + "\"" + did_you_mean(c, known), {}});
-  }
+  for (const std::string& c : chosen)
+    if (std::none_of(all.begin(), all.end(), [&](const Unknown& u) { return is_called(u, c); }))
+      errors.add(Diagnostic{"--fit", 0, 0, "", why_not_fitted(c, all, places, listed), {}});
   return kept;
 }
 
@@ -252,7 +266,7 @@ std::vector<Unknown> read_unknowns(const Node& world, std::span<const ParameterP
     if (!out.seen.contains(place.pointer)) out.unknowns.push_back(forecast_unknown(place, values[place.index], e));
   }
   join(out.unknowns, out.ties, places, errors);
-  return chosen.empty() ? out.unknowns : choose(out.unknowns, pointers, chosen, errors);
+  return chosen.empty() ? out.unknowns : choose(out.unknowns, places, chosen, listed != nullptr, errors);
 }
 
 namespace {

@@ -65,6 +65,16 @@ TEST(Unknowns, GroupsAndPointersChoose) {
               HasSubstr("did you mean \"tyres\"?"));
 }
 
+TEST(Unknowns, AParameterThatIsNotFittedIsToldWhy) {
+  EXPECT_THAT(why("{}", {"/plant/params/m"}),
+              AllOf(HasSubstr("the parameter \"/plant/params/m\" is not fitted: a data sheet gives it"),
+                    testing::Not(HasSubstr("did you mean"))));
+  EXPECT_THAT(
+      why(R"({"unknowns": {"/plant/params/Bf": {"sigma": 1}}})", {"/plant/params/Br"}),
+      AllOf(HasSubstr("the parameter \"/plant/params/Br\" is not fitted: the world's \"unknowns\" do not list it"),
+            testing::Not(HasSubstr("did you mean"))));
+}
+
 TEST(Unknowns, WhatIsTheSameMovesTogether) {
   Errors errors;
   auto all = read(R"({"unknowns": {"/calibration/delays/yaw": {"same_as": "/calibration/delays/position"},
