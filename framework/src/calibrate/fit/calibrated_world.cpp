@@ -85,12 +85,15 @@ double slowest_start(const WorldSpec& world) { return slowest_share * world.car.
 
 namespace {
 
+/// The value that logs or a map give an unknown, as near as its bounds allow.
+double within_bounds(const Unknown& unknown, double value) { return std::clamp(value, unknown.low, unknown.high); }
+
 /// An unknown whose own parameter is stated goes on with the first of those that are the same.
 void hand_over(Unknown& unknown, double prior) {
   unknown.pointer = unknown.same.front().pointer;
   unknown.index = unknown.same.front().index;
   unknown.same.erase(unknown.same.begin());
-  unknown.prior = prior;
+  unknown.prior = within_bounds(unknown, prior);
 }
 
 }  // namespace
@@ -108,7 +111,9 @@ void fix_or_start_delays(const measured::LogMap& map, const std::list<measured::
       for (Unknown& u : unknowns) {
         if (same(u)) assign(values, u, values[index]);
         std::erase_if(u.same, [&](const Unknown::Same& s) { return s.index == index; });
-        if (same(u) && !u.same.empty()) hand_over(u, values[index]);
+        if (!same(u) || u.same.empty()) continue;
+        hand_over(u, values[index]);
+        assign(values, u, u.prior);
       }
       std::erase_if(unknowns, same);
       continue;
@@ -126,7 +131,7 @@ void fix_or_start_delays(const measured::LogMap& map, const std::list<measured::
     constexpr double most_early = -0.4, most_late = 0.9;  // [s] inside the range of the parameter
     values[index] = std::clamp(upper_median(std::move(found)), most_early, most_late);
     for (Unknown& u : unknowns)
-      if (same(u)) u.prior = values[index];
+      if (same(u)) values[index] = u.prior = within_bounds(u, values[index]);
   }
   unite(values, unknowns);
 }

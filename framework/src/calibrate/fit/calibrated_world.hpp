@@ -20,7 +20,7 @@ double slowest_start(const WorldSpec& world);
 /// Fixes or starts each delay of a fit, in `values`. One that the map states is fixed to that (of a log in gripline's
 /// own columns, to what the world has) and taken out of `unknowns`. The search for another starts, with its prior,
 /// where the map says, else at what the channels show of each other (measured::stated_or_found_delays, the middle one
-/// of several logs); one that was fitted before stays where it is.
+/// of several logs), as near as its bounds allow; one that was fitted before stays where it is.
 void fix_or_start_delays(const measured::LogMap& map, const std::list<measured::SessionFile>& files,
                          const Forecaster& forecaster, const Node& world, std::vector<double>& values,
                          std::vector<Unknown>& unknowns);
