@@ -32,6 +32,11 @@ std::string row_name(std::string name) {
   return name;
 }
 
+/// What rows call an effect: its id, with its index in the world's list where that has the id more than once.
+std::string ablation_name(const PluginSpec& effect) {
+  return effect.id() + (effect.index_in_list ? "_" + std::to_string(*effect.index_in_list) : "");
+}
+
 std::vector<std::string> row_names(const MeasuredSpec& spec) {
   std::vector<std::string> names;
   names.reserve(baseline_names.size() + 2 + spec.ablate.size());
@@ -132,16 +137,28 @@ void read_judged_time(ObjectReader& r, MeasuredSpec& spec) {
   if (spec.horizon >= spec.held_length) r.error_at("horizon", "expected less than a held-out block");
 }
 
+/// The effects that "ablate" names, each once; an id that the world has more than once names them all.
+void read_ablate(ObjectReader& r, Errors& errors, MeasuredSpec& spec) {
+  std::vector<std::string> ids;
+  for (const PluginSpec& effect : spec.world.vehicle.effects) ids.push_back(effect.id());
+  for (const Node& one : r.array("ablate")) {
+    if (ids.empty()) {
+      errors.add(one.origin, "the world has no effect to take out");
+      continue;
+    }
+    const std::string& id = ids[read_choice(one, ids, errors)];
+    for (const PluginSpec& effect : spec.world.vehicle.effects)
+      if (effect.id() == id && std::ranges::find(spec.ablate, ablation_name(effect)) == spec.ablate.end())
+        spec.ablate.push_back(ablation_name(effect));
+  }
+}
+
 /// Effects that are taken out again, all of the world's where none are named, and claims on the rows.
 void read_rows(ObjectReader& r, Errors& errors, MeasuredSpec& spec) {
-  std::vector<std::string> effects;
-  for (const PluginSpec& effect : spec.world.vehicle.effects) effects.push_back(effect.id());
-  if (r.has("ablate")) {
-    for (const Node& one : r.array("ablate"))
-      spec.ablate.push_back(effects.empty() ? "" : effects[read_choice(one, effects, errors)]);
-  } else {
-    spec.ablate = effects;
-  }
+  if (r.has("ablate"))
+    read_ablate(r, errors, spec);
+  else
+    for (const PluginSpec& effect : spec.world.vehicle.effects) spec.ablate.push_back(ablation_name(effect));
   const std::vector<std::string> columns(quantity_names.begin(), quantity_names.end()), rows = row_names(spec);
   for (const Node& claim : r.array("claims", false))
     if (auto read = read_claim(claim, rows, errors, columns)) spec.claims.push_back(*std::move(read));
@@ -268,14 +285,14 @@ class MeasuredRun {
     return session_weighing(rms);
   }
 
-  /// The world without an effect, its other unknowns fitted again from where they stood. Of an effect that it has twice
-  /// the first goes.
+  /// The world without an effect, its other unknowns fitted again from where they stood.
   void ablate(const std::string& effect) {
     report_progress("without " + effect);
     WorldSpec world = spec_.world;
     std::size_t offset = world.vehicle.model.entry->params().size();
     std::size_t index = 0;
-    while (world.vehicle.effects[index].id() != effect) offset += world.vehicle.effects[index++].entry->params().size();
+    while (ablation_name(world.vehicle.effects[index]) != effect)
+      offset += world.vehicle.effects[index++].entry->params().size();
     const std::size_t gone = world.vehicle.effects[index].entry->params().size();
     world.vehicle.effects.erase(world.vehicle.effects.begin() + static_cast<std::ptrdiff_t>(index));
     std::vector<double> params = out_.fit.params;

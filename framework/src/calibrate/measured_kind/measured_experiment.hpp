@@ -7,7 +7,8 @@
 //     "horizon": "1 s", "every": "0.2 s", "ablate": ["steer_lag"], "claims": ["fitted.position_m <= 0.25"] }
 //
 // "track", "ablate" (default: every effect of the world) and "claims" may be left out. Claims compare rows
-// (persistence, constant speed as constant_speed, kinematic, before, fitted, without_EFFECT) of held-out errors.
+// (persistence, constant speed as constant_speed, kinematic, before, fitted, without_EFFECT) of held-out errors. Of an
+// effect that the world has more than once each has its row, without_EFFECT_INDEX by its index in the world's list.
 #pragma once
 
 #include <filesystem>
@@ -31,7 +32,7 @@ struct MeasuredSpec {
   std::vector<std::filesystem::path> logs;
   double held_every = 60, held_length = 15;  // [s]
   double horizon = 1, every = 0.2;           // [s]
-  std::vector<std::string> ablate;
+  std::vector<std::string> ablate;           // ids, or ID_INDEX of what the world's list has more than once
   std::vector<Claim> claims;
 };
 

@@ -24,6 +24,17 @@ TEST(ReadMeasured, AnEffectThatIsLeftOutHasNoRow) {
   EXPECT_THAT(refusal([] { read(R"({"ablate": ["friction_patch"]})"); }), testing::HasSubstr("steer_offset"));
 }
 
+TEST(ReadMeasured, AnEffectThatIsThereTwiceHasARowForEach) {
+  const std::string twice = R"({"world": {"plant": {"effects": [{"plugin": "steer_offset"}, {"plugin": "aero_drag"},
+                                                                {"plugin": "steer_offset"}]}})";
+  EXPECT_THAT(read(twice + "}").ablate, testing::ElementsAre("steer_offset_0", "aero_drag", "steer_offset_2"));
+  EXPECT_THAT(
+      read(twice + R"(, "ablate": ["steer_offset"], "claims": ["without_steer_offset_2.position_m <= 1"]})").ablate,
+      testing::ElementsAre("steer_offset_0", "steer_offset_2"));
+  EXPECT_THAT(refusal([] { read(R"({"world": {"plant": {"effects": []}}, "ablate": ["aero_drag"]})"); }),
+              testing::HasSubstr("the world has no effect to take out"));
+}
+
 /// Of an hour's log too: readers of the page tell its starts apart.
 TEST(WriteMeasured, ThePagesTimesKeepTheirMilliseconds) {
   const Folder folder;
