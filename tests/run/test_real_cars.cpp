@@ -127,7 +127,8 @@ TEST_F(RealCars, AFitRefusesNumbersThatItCannotUse) {
   drive("log.csv", another_car, {.seconds = 20});
   for (const char* seed : {"-1", "4294967297"})
     EXPECT_THAT(fit({in("log.csv"), "--seed", seed}).err, HasSubstr("expected 0 to 4294967295"));
-  EXPECT_THAT(fit({in("log.csv"), "--starts", "19"}).err, HasSubstr("--starts 19: expected 20 to 100000"));
+  for (const char* log : {"log.csv", "none.csv"})  // before logs are read
+    EXPECT_THAT(fit({in(log), "--starts", "19"}).err, HasSubstr("--starts 19: expected 20 to 100000"));
 }
 
 TEST_F(RealCars, APredictionReadsNothingOfWhatFollows) {
@@ -403,6 +404,20 @@ TEST_F(RealCars, ASweepOverMeasuredLogsHasTheNumbersOfTheExperiment) {
   std::ostringstream shown;
   shown << of_sweep;
   EXPECT_THAT(contents(in("one/errors.csv")), HasSubstr(shown.str().substr(0, 5)));
+}
+
+/// Of two gains of the steering the first is the car's, the other is 0: taking it out costs nothing.
+TEST_F(RealCars, AnEffectThatIsThereTwiceIsTakenOutAtEachPlace) {
+  const char* const gains = R"({"plant": {"effects": [{"plugin": "steer_gain", "params": {"k": 0.4}},
+                                                      {"plugin": "steer_gain", "params": {"k": 0}}]}})";
+  drive("log.csv", gains, {.seconds = 40, .noise = 1});
+  std::ofstream(world()) << to_json_text(
+      merge(small_car_world(gains), json(R"({"unknowns": {"/plant/params/Cm1": {"sigma": 0.1, "scale": "log"}}})")));
+  std::ofstream(in("logs.json")) << R"({"kind": "measured", "world": "world.json", "map": ")" << map()
+                                 << R"(", "logs": ["log.csv"], "held_out": {"every": "10 s", "length": "4 s"},
+      "claims": ["without_steer_gain_1.position_m <= 0.8 * without_steer_gain_0.position_m"]})";
+  const Outcome compared = gripline_with({"compare", in("logs.json"), "--out", in("one")});
+  EXPECT_EQ(compared.code, 0) << compared.out << compared.err;
 }
 
 /// Each ends with code 2 and one line that says what is wrong and shows the evidence.

@@ -235,6 +235,7 @@ int run_fit(Arguments args) {
   const Words chosen = chosen_unknowns(*given);
   const Registry registry = open_registry(plugin_dirs_of(*given));
   const LogWorld world = read_log_world(words[0], *given, registry);
+  const calibrate::FitOptions fit = fit_options_of(*given, world.spec);  // what is wrong there, before logs are read
   const measured::LogMap map = map_option(*given, world.spec);
 
   const auto files = read_fit_logs(std::span(words).subspan(1), map, world.spec.car.car);
@@ -246,7 +247,6 @@ int run_fit(Arguments args) {
   const auto by_yaw = calibrate::offset_by_yaw(files);
   const calibrate::StartOfFit start = calibrate::start_of_fit(world.tree, given_world, map, files, by_yaw, chosen);
   for (const calibrate::Unknown& u : start.limited) print_limited(u, *by_yaw);
-  const calibrate::FitOptions fit = fit_options_of(*given, world.spec);
   const StopSignal stop(StopSignal::Reaction::end);
   const FitResult result = fit_with_progress(subject, by_yaw, start, fit, (*given)["quiet"].as<bool>(),
                                              chosen.empty() ? &registry : nullptr);
