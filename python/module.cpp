@@ -425,11 +425,15 @@ int call(int (*command)(tools::Arguments), const std::vector<std::string>& words
     out.emplace(std::cout, py::module_::import("sys").attr("stdout"));
     err.emplace(std::cerr, py::module_::import("sys").attr("stderr"));
   }
-  const int code = [&] {
+  StopSignal::forget();  // not every command has a StopSignal: one that an earlier command saw does not count
+  int code = tools::good;
+  try {
     const WithoutPython other_threads_go_on;
-    return command(words);
-  }();
-  if (code > tools::claim_failed && StopSignal::seen()) {  // one seen by an earlier command does not count
+    code = command(words);
+  } catch (...) {
+    if (!StopSignal::seen()) throw;
+  }
+  if (StopSignal::seen()) {  // also where the work was done by then: a loop of calls is to end
     PyErr_SetNone(PyExc_KeyboardInterrupt);
     throw py::error_already_set();
   }

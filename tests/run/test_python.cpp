@@ -279,6 +279,32 @@ TEST_F(Python, OtherThreadsGoOnDuringACommand) {
   EXPECT_EQ(outcome.code, 0) << outcome.err;
 }
 
+/// It ends its own call: the same call goes on, and one that notes no signal itself does not end by an earlier one.
+TEST_F(Python, AnInterruptEndsItsOwnCallAlone) {
+  const std::string program =
+      "import os, signal\n"
+      "program = os.getpid()\n"
+      "class Stop(gripline.Estimator):\n"
+      "    id = 'stop'\n"
+      "    pressed = False\n"
+      "    def update(self, sample):\n"
+      "        if not (Stop.pressed or os.path.exists('pressed')):\n"
+      "            Stop.pressed = True\n"
+      "            open('pressed', 'w').close()\n"
+      "            os.kill(program, signal.SIGINT)\n"
+      "def race():\n"
+      "    return gripline.compare(FILE, only='slow', plugins=[Stop], out='o', quiet=True, set={'/claims': [],\n"
+      "                            '/world/duration': 12, '/stacks/slow': {'estimator': {'plugin': 'stop'}}})\n"
+      "try: race()\n"
+      "except KeyboardInterrupt: print('interrupted')\n"
+      "log = race().out / 'slow/1/steps.csv'\n"
+      "assert len(gripline.predict(WORLD, log, horizon=0.1, quiet=True)['model']) == 4\n";
+  const Outcome outcome = script("FILE = '" + (fixture_dir() / "experiments/good.json").string() + "'\nWORLD = '" +
+                                 (fixture_dir() / "worlds/short.json").string() + "'\n" + program);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "interrupted\n");
+}
+
 TEST_F(Python, ARaceIsAnEnvironmentOfGymnasiumWhereThatIsInstalled) {
   write_text(folder_ / "gymnasium/__init__.py",
              "class Env:\n"

@@ -51,4 +51,6 @@ StopSignal::~StopSignal() {
 
 bool StopSignal::seen() { return signal_seen != 0; }
 
+void StopSignal::forget() { signal_seen = 0; }
+
 }  // namespace gripline

@@ -19,8 +19,10 @@ class StopSignal {
   ~StopSignal();
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;
-  /// Whether a signal came since the last StopSignal was constructed.
+  /// Whether a signal came since the last StopSignal was constructed, or since forget().
   static bool seen();
+  /// What came before is seen no more. For a process that goes on after work that was stopped.
+  static void forget();
 
  private:
   struct sigaction old_int_ {

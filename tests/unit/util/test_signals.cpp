@@ -26,6 +26,16 @@ TEST(StopSignal, ANewOneBeginsUnseen) {
   EXPECT_FALSE(StopSignal::seen());
 }
 
+TEST(StopSignal, OneThatIsForgottenIsUnseen) {
+  {
+    const StopSignal stop(Reaction::note);
+    std::raise(SIGTERM);
+  }
+  EXPECT_TRUE(StopSignal::seen());
+  StopSignal::forget();
+  EXPECT_FALSE(StopSignal::seen());
+}
+
 TEST(StopSignal, PutsBackWhatWasThereBefore) {
   std::signal(SIGINT, SIG_IGN);
   { const StopSignal stop(Reaction::note); }
