@@ -73,9 +73,11 @@ class Silence {
   }
   Silence(const Silence&) = delete;
   Silence& operator=(const Silence&) = delete;
-  /// In a fork: what plugins say there belongs into the log of their run.
+  /// In a fork: what plugins say there belongs into the log of their run. Of several, each within the one before, the
+  /// first knows where that is.
   static void end_in_child() {
-    if (now_ != nullptr) now_->restore();
+    for (const Silence* one = now_; one != nullptr; one = one->before_) one->restore();
+    now_ = nullptr;
   }
 
  private:
@@ -83,7 +85,7 @@ class Silence {
     int_type overflow(int_type c) override { return traits_type::not_eof(c); }
     std::streamsize xsputn(const char*, std::streamsize count) override { return count; }
   };
-  void restore() {
+  void restore() const {
     std::cout.rdbuf(out_);
     std::cerr.rdbuf(err_);
   }
@@ -93,6 +95,8 @@ class Silence {
   std::streambuf *out_, *err_;
   Silence* before_;
 };
+
+void end_dropped_races();
 
 /// The calling thread's turn. Constructed and destroyed with the interpreter's lock.
 class Turn {
@@ -104,7 +108,10 @@ class Turn {
     }
     ++calls;
   }
+  /// Of a thread that has locked `one_call`, or is within a call.
+  explicit Turn(std::adopt_lock_t) { ++calls; }
   ~Turn() {
+    if (calls == 1) end_dropped_races();
     if (--calls == 0) one_call.unlock();
   }
   Turn(const Turn&) = delete;
@@ -580,10 +587,30 @@ class Race {
   std::optional<Stack> stack_;
 };
 
-/// Python may drop a race while another thread is within plugins: that one's call ends first.
+/// Races that Python dropped while another thread had its turn. Guarded by the interpreter's lock, never destroyed.
+std::vector<Race*>& dropped_races() {
+  static auto* const all = new std::vector<Race*>;
+  return *all;
+}
+
+/// Ends one by one what was dropped: a class of one may drop others. A turn does so at its end.
+void end_dropped_races() {
+  while (!dropped_races().empty()) {
+    Race* const race = dropped_races().back();
+    dropped_races().pop_back();
+    delete race;
+  }
+}
+
+/// Python may drop a race while another thread is within plugins: it ends when that one's call does, and the thread
+/// that dropped it goes on.
 struct EndInTurn {
   void operator()(Race* race) const {
-    const Turn turn;
+    if (calls == 0 && !one_call.try_lock()) {
+      dropped_races().push_back(race);
+      return;
+    }
+    const Turn turn(std::adopt_lock);
     delete race;
   }
 };

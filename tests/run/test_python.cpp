@@ -305,6 +305,59 @@ TEST_F(Python, AnInterruptEndsItsOwnCallAlone) {
   EXPECT_EQ(outcome.out, "interrupted\n");
 }
 
+/// A race that is dropped, as the garbage collector does in any thread, ends with that command.
+TEST_F(Python, ARaceIsDroppedDuringACommandWithoutWaiting) {
+  const std::string program =
+      "import os, threading, time\n"
+      "ended = []\n"
+      "class Told(gripline.Estimator):\n"
+      "    id = 'noted'\n"
+      "    def update(self, sample): pass\n"
+      "    def __del__(self): ended.append(self)\n"
+      "class Slow(gripline.Estimator):\n"
+      "    id = 'sleepy'\n"
+      "    def update(self, sample): time.sleep(0.05)\n"
+      "race = gripline.Race(FILE, 'slow', plugins=[Told], set={'/stacks/slow': {'estimator': {'plugin': 'noted'}}})\n"
+      "race.reset(seed=1)\n"
+      "before = len(ended)\n"
+      "other = threading.Thread(target=lambda: gripline.compare(FILE, only='slow', plugins=[Slow], out='o', "
+      "quiet=True,\n"
+      "    set={'/claims': [], '/stacks/slow': {'estimator': {'plugin': 'sleepy'}}}))\n"
+      "other.start()\n"
+      "while not os.path.exists('o'): time.sleep(0.01)\n"
+      "del race\n"
+      "assert other.is_alive() and len(ended) == before, ended\n"
+      "other.join()\n"
+      "assert len(ended) == before + 1, ended\n";
+  const Outcome outcome = script("FILE = '" + (fixture_dir() / "experiments/good.json").string() + "'\n" + program);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
+/// Quiet commands within quiet ones: what classes of the inner one print is in the logs of its runs.
+TEST_F(Python, AClassMayCallAQuietCommand) {
+  const std::string program =
+      "import os\n"
+      "out = os.path.abspath('inner')\n"
+      "def race(one, folder):\n"
+      "    gripline.compare(FILE, only='slow', plugins=[one], out=folder, quiet=True, force=True,\n"
+      "                     set={'/claims': [], '/stacks/slow': {'estimator': {'plugin': one.id}}})\n"
+      "class Inner(gripline.Estimator):\n"
+      "    id = 'inner'\n"
+      "    def update(self, sample): print('inner', sample['t'])\n"
+      "class Outer(gripline.Estimator):\n"
+      "    id = 'outer'\n"
+      "    raced = False\n"
+      "    def update(self, sample):\n"
+      "        print('outer', sample['t'])\n"
+      "        if not Outer.raced: race(Inner, out)\n"
+      "        Outer.raced = True\n"
+      "race(Outer, 'outer')\n"
+      "for one in ('inner', 'outer'): assert one + ' 0' in open(one + '/slow/1/log.txt').read(), one\n";
+  const Outcome outcome = script("FILE = '" + (fixture_dir() / "experiments/good.json").string() + "'\n" + program);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out + outcome.err, "");
+}
+
 TEST_F(Python, ARaceIsAnEnvironmentOfGymnasiumWhereThatIsInstalled) {
   write_text(folder_ / "gymnasium/__init__.py",
              "class Env:\n"
