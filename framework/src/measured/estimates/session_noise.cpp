@@ -98,7 +98,7 @@ Differences differences_of(const Session& s, std::size_t channel, std::span<cons
 /// Whether a channel that is read in all rows was read at the times that they are stamped with. Where these are uneven,
 /// either it was, or it was read evenly and the clock that stamped it was not (as that of the 1:10 car's motion
 /// capture): whichever is wrong passes the car's motion for noise. If it was, plain differences have in them what the
-/// channel moves between uneven times, and are smaller without it; noise of whatever colour has next to nothing of this.
+/// channel moves between uneven times, and are smaller without it; noise of any colour has next to nothing of this.
 bool is_read_when_stamped(const Session& s, std::size_t channel, std::span<const std::size_t> rows, const Steps& steps,
                           const Differences& plain) {
   constexpr double even = 0.99, smaller = 0.95;  // what is nearer to 1 is rounding of stamps, and chance
