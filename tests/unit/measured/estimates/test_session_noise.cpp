@@ -99,7 +99,7 @@ class UnevenRows {
 };
 
 double straight(double t) { return 20.0 * t; }
-double circling(double t) { return 12.0 * std::sin(0.5 * t); }
+double circling(double t) { return 40.0 * std::sin(0.5 * t); }
 double standing(double) { return 0.0; }
 
 /// Fourth differences say little of a strong colour: what is asked there is what even rows show.
