@@ -343,11 +343,35 @@ std::vector<PairDelay> identified_delays(const Session& s, const std::array<bool
   return delays;
 }
 
-/// Whether a channel is late against another, and by as much as its readings resolve: by half of what lies between two.
-bool is_told_from_zero(const PairDelay& delay, const Session& s) {
-  const bool by_interval = delay.low > 0.0 || delay.high < 0.0;
-  const std::size_t channel = delay.channel == std::string_view("velocity") ? Channel::vx : Channel::yaw_rate;
-  return by_interval && std::abs(delay.seconds) >= 0.5 * median_step(s, channel);
+std::size_t group_of(std::string_view name) {
+  return static_cast<std::size_t>(std::ranges::find(delay_names, name) - delay_names.begin());
+}
+
+/// The median time between two readings of a pair's channels, of those that are read less often [s].
+double coarser_step(const PairDelay& delay, const Session& s) {
+  const auto step = [&](std::string_view name) {
+    const auto first = std::ranges::find(delay_group, group_of(name)) - delay_group.begin();
+    return median_step(s, static_cast<std::size_t>(first));
+  };
+  return std::max(step(delay.channel), step(delay.against));
+}
+
+/// Why a delay that was found counts as none; empty where it counts. Estimates are off by some hundredths of a step
+/// beyond their intervals.
+std::string why_none(const PairDelay& delay, double step) {
+  constexpr double resolved = 0.05;  // of a step
+  if (delay.low <= 0.0 && delay.high >= 0.0) return "is not told from 0";
+  if (std::abs(delay.seconds) >= std::max(shortest_delay, resolved * step)) return {};
+  return "is shorter than a twentieth of what lies between two readings (" + significant(step) + " s)";
+}
+
+/// `pose`: how late what the channel is compared with is [s].
+std::string remark_on(const PairDelay& delay, const std::string& why, double pose) {
+  return std::string(delay.channel) + ": a delay of " + significant(delay.seconds) + " s (" + significant(delay.low) +
+         " to " + significant(delay.high) + ") against " + delay.against + ' ' + why + ": " +
+         (std::abs(pose) >= shortest_delay
+              ? std::string("taken for as late as the ") + delay.against + " (" + significant(pose) + " s)"
+              : "none taken off");
 }
 
 }  // namespace
@@ -398,8 +422,7 @@ std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const
     if (stated) continue;
     for (const PairDelay& d : found) {
       if (!d.of_clock || std::string_view(d.channel) != delay_names[g]) continue;
-      const auto pose = std::ranges::find(delay_names, std::string_view(d.against)) - delay_names.begin();
-      delays[g] = delays[static_cast<std::size_t>(pose)] + d.seconds;
+      delays[g] = delays[group_of(d.against)] + d.seconds;
     }
   }
   return delays;
@@ -410,13 +433,11 @@ DelaysToTakeOff delays_to_take_off(const LogMap& map, const SessionFile& file) {
   std::vector<PairDelay> found = search ? pairwise_delays_of_file(file) : std::vector<PairDelay>{};
   DelaysToTakeOff out;
   for (PairDelay& d : found) {
-    const auto group =
-        static_cast<std::size_t>(std::ranges::find(delay_names, std::string_view(d.channel)) - delay_names.begin());
-    if (!d.of_clock || map.delay(group) || is_told_from_zero(d, file.session)) continue;
+    if (!d.of_clock || map.delay(group_of(d.channel))) continue;
+    const std::string why = why_none(d, coarser_step(d, file.session));
+    if (why.empty()) continue;
     if (std::abs(d.seconds) >= shortest_delay)
-      out.remarks.push_back(std::string(d.channel) + ": a delay of " + significant(d.seconds) + " s (" +
-                            significant(d.low) + " to " + significant(d.high) + ") against " + d.against +
-                            " is not told from 0: none taken off");
+      out.remarks.push_back(remark_on(d, why, map.delay(group_of(d.against)).value_or(0.0)));
     d.seconds = 0.0;
   }
   out.seconds = stated_or_found_delays(map, found);

@@ -1,8 +1,8 @@
 // How late the channels of a session are. Two quantities: by pair, how much later one channel shows what another shows
 // too (`PairDelay`); and by group, how late the channels of one clock are on the log's own clock (`delay_groups`),
 // which follows from the pairs for what the map does not state. A fit starts its search for delays by group there
-// (calibrate/fit), `import` takes off those that are told from 0; diagnose/inference/channel_delays decides which pairs
-// are significant.
+// (calibrate/fit), `import` takes off those that are told from 0 (`delays_to_take_off`);
+// diagnose/inference/channel_delays decides which pairs are significant.
 #pragma once
 
 #include <array>
@@ -48,11 +48,12 @@ std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const
 /// What `import` takes off a log.
 struct DelaysToTakeOff {
   std::array<double, delay_groups> seconds{};  // by group, as write_gripline_log takes them
-  std::vector<std::string> remarks;            // a sentence for each delay found that is not told from 0
+  std::vector<std::string> remarks;            // a sentence for each delay found that counts as none
 };
 /// As stated_or_found_delays, whose pairs are compared only where the map leaves a channel's delay to be found. A delay
-/// between a pair whose interval holds 0, or that is shorter than half of what lies between two readings of the later
-/// channel, counts as none: taken off, it would make a log late that is not.
+/// between a pair counts as none where its interval holds 0, and where it is shorter than shortest_delay or a twentieth
+/// of what lies between two readings of the channel that is read less often: taken off, it would make a log late that
+/// is not. The channel is then as late as what it is compared with.
 DelaysToTakeOff delays_to_take_off(const LogMap& map, const SessionFile& file);
 
 }  // namespace gripline::measured

@@ -19,8 +19,9 @@ struct Noise {
 /// Noise of one channel of a session, whose sensors may filter, from readings in consecutive rows, or of a channel that
 /// is read in few of them from consecutive readings. Nothing below 100 usable differences, nor where a car moves too
 /// much between such readings for their noise to show. Taken for white where differences do not follow each other, and
-/// of uneven readings. Where rows are uneven, the smaller of the noises that readings at these times, and even readings
-/// of a clock that jitters, would show. `row_step`: median time between rows [s].
+/// of uneven readings in few of the rows. Where rows are uneven and the channel was read at their times, as what it
+/// moves between them shows, its noise fades with time or from row to row, `colour` being that of a median step; else
+/// its readings are taken for even, and for stamped by a clock that jitters. `row_step`: median time between rows [s].
 std::optional<Noise> noise_of(const Session& session, std::size_t channel, double row_step);
 
 }  // namespace gripline::measured

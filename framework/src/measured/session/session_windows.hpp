@@ -59,9 +59,11 @@ double typical_speed(const Session& session);
 double speed_over_path(const std::vector<SessionWindow>& windows);
 /// How many times that speed vy is: next to 0 of a car that drives forward.
 double side_over_path(const std::vector<SessionWindow>& windows);
-/// Whether vx is not the speed at which the place moves and vy is, of whatever sign.
+/// Whether vx is less than half of the speed at which the place moves and vy is that speed, of whatever sign. A vx that
+/// is larger than that speed is in another unit, and so is the vy, of a car that slides.
 inline bool velocities_look_swapped(double speed_over_path, double side_over_path) {
-  return !std::isnan(speed_over_path) && !is_about(std::abs(speed_over_path)) && is_about(std::abs(side_over_path));
+  constexpr double most_sideways = 0.5;  // of its speed, that a car moves sideways at throughout
+  return std::abs(speed_over_path) < most_sideways && is_about(std::abs(side_over_path));
 }
 
 /// Correlation of pairs of values, of windows or of rows.

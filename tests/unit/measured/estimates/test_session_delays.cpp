@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <random>
+#include <string>
 
 #include "support/wandering_session.hpp"
 
@@ -167,31 +168,66 @@ TEST(Delays, AreLookedForWhereTheMapLeavesThemOpen) {
   EXPECT_TRUE(found.remarks.empty());
 }
 
-/// What --guess asks for of a log without delays: an estimate within its own uncertainty would make the log late. And
-/// one of a sixth of a sample, however certain.
-TEST(Delays, ThatAreNotToldFromZeroAreNotTakenOff) {
-  std::mt19937_64 random(5);
-  std::normal_distribution<double> normal;
+/// What --guess asks for: every delay is to be found.
+LogMap open_map() {
   LogMap map;
   for (const std::size_t c : {Channel::x, Channel::y, Channel::yaw, Channel::vx, Channel::yaw_rate})
     map.channel[c].emplace().delay.reset();
+  return map;
+}
+
+/// Speed and yaw rate so late [s], with noise of the place [m]; rows every `step` [s].
+SessionFile late_file(double speed, double rate, double noise, double step) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
   SessionFile file;
-  file.row_step = 0.05;
+  file.row_step = step;
   file.session = wandering(
       [&](double t, std::size_t, auto& row, auto&, auto& rate_at, auto& speed_at) {
-        row[5] = rate_at(t - 0.008);
-        row[3] = speed_at(t) + 0.1 * normal(random);
-        row[0] += 0.05 * normal(random), row[1] += 0.05 * normal(random);
+        row[5] = rate_at(t - rate);
+        row[3] = speed_at(t - speed) + 2.0 * noise * normal(random);
+        row[0] += noise * normal(random), row[1] += noise * normal(random);
       },
-      100.0, 0.05);
+      200.0, step);
+  return file;
+}
+
+/// However short beside a sample: the interval says that they are there.
+TEST(Delays, ThatAreToldFromZeroAreTakenOff) {
+  struct {
+    double speed, rate, step;
+  } const logs[] = {{0.04, 0.04, 0.1}, {0.02, 0.02, 0.05}, {0.008, -0.008, 0.05}, {0.003, 0.003, 0.02}};
+  for (const auto& [speed, rate, step] : logs) {
+    const DelaysToTakeOff found = delays_to_take_off(open_map(), late_file(speed, rate, 0.0, step));
+    EXPECT_NEAR(found.seconds[2], speed, 5e-4) << step;
+    EXPECT_NEAR(found.seconds[3], rate, 5e-4) << step;
+    EXPECT_THAT(found.remarks, testing::IsEmpty()) << step;
+  }
+}
+
+/// An estimate within its own uncertainty, or of a small part of a sample, would make a log late that is not.
+TEST(Delays, ThatAreNotToldFromZeroAreNotTakenOff) {
+  LogMap map = open_map();
+  const SessionFile file = late_file(0.006, 0.002, 0.02, 0.05);
+  const auto remarks = [](const std::string& velocity, const std::string& yaw_rate) {
+    const std::string shorter =
+        ") against yaw is shorter than a twentieth of what lies between two readings (0.05 s): ";
+    return testing::ElementsAre(
+        testing::AllOf(testing::StartsWith("yaw_rate: a delay of 0.002"), testing::EndsWith(shorter + yaw_rate)),
+        testing::AllOf(testing::StartsWith("velocity: a delay of 0.00"),
+                       testing::EndsWith(") against position is not told from 0: " + velocity)));
+  };
   const DelaysToTakeOff found = delays_to_take_off(map, file);
+  EXPECT_EQ(found.seconds[2], 0.0);
   EXPECT_EQ(found.seconds[3], 0.0);
-  EXPECT_THAT(found.remarks,
-              testing::Contains(testing::AllOf(testing::StartsWith("yaw_rate: a delay of 0.0"),
-                                               testing::EndsWith(" against yaw is not told from 0: none taken off"))));
-  EXPECT_TRUE(found.seconds[2] == 0.0 || std::isnan(found.seconds[2])) << found.seconds[2];
+  EXPECT_THAT(found.remarks, remarks("none taken off", "none taken off"));
+  map.channel[Channel::x]->delay = map.channel[Channel::y]->delay = 0.05;
   map.channel[Channel::yaw]->delay = 0.2;
-  EXPECT_EQ(delays_to_take_off(map, file).seconds[3], 0.2) << "that of the heading itself";
+  const DelaysToTakeOff of_late_pose = delays_to_take_off(map, file);
+  EXPECT_EQ(of_late_pose.seconds[2], 0.05);
+  EXPECT_EQ(of_late_pose.seconds[3], 0.2);
+  EXPECT_THAT(of_late_pose.remarks,
+              remarks("taken for as late as the position (0.05 s)", "taken for as late as the yaw (0.2 s)"));
 }
 
 TEST(Delays, NothingIsSaidOfWhatDoesNotBelongTogether) {

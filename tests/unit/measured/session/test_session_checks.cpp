@@ -192,6 +192,17 @@ TEST(SessionChecks, ChannelsThatAreSwappedAreTold) {
   }
 }
 
+/// In km/h the sideways speed of a car that slides is about the speed of its place in m/s: units are wrong, not axes.
+TEST(SessionChecks, VelocitiesInAnotherUnitAreNotTakenForSwapped) {
+  const auto log = log_of("t,px,py,psi,v,side,steer", [](std::ostream& out, double t, double px, double py, double psi,
+                                                         double, double delta) {
+    out << t << ',' << px << ',' << py << ',' << psi << ',' << 3.6 * 10 << ',' << 3.6 * 2.8 << ',' << delta << '\n';
+  });
+  const LogMap map = map_of(R"({"time": "t", "channels": {"x": "px", "y": "py", "yaw": "psi", "vx": "v", "vy": "side",
+    "delta": "steer"}})");
+  EXPECT_THAT(why(log, map), AllOf(HasSubstr("km/h"), testing::Not(HasSubstr("swapped"))));
+}
+
 /// What no log shows, but a world does: how far its wheels turn.
 TEST(SessionChecks, TheAngleOfASteeringWheelIsTold) {
   const SessionFile file = read_session(own_log(), map_of(channels_json("")));  // steers by 0.156 rad

@@ -113,6 +113,17 @@ TEST(SessionWindows, SpeedOverPathIsTheScaleOfVx) {
   EXPECT_TRUE(std::isnan(speed_over_path(session_windows(circling(0.02, 2.0))))) << "too few windows";
 }
 
+/// Swapped axes leave vx what the car slides; in a wrong unit vx is too large, or so small that vy is smaller yet.
+TEST(SessionWindows, VelocitiesLookSwappedWhereVxIsSmallAndVyIsTheSpeed) {
+  EXPECT_TRUE(velocities_look_swapped(0.0, 1.0));
+  EXPECT_TRUE(velocities_look_swapped(-0.3, -0.95));
+  EXPECT_FALSE(velocities_look_swapped(3.6, 1.0)) << "km/h of a car that slides";
+  EXPECT_FALSE(velocities_look_swapped(1.0, 0.7));
+  EXPECT_FALSE(velocities_look_swapped(0.28, 0.0));
+  EXPECT_FALSE(velocities_look_swapped(NAN, 1.0));
+  EXPECT_FALSE(velocities_look_swapped(0.0, NAN));
+}
+
 /// A car that comes to rest after ten seconds; its receiver goes on to show a few centimetres per second.
 Session coming_to_rest(double seconds) {
   Session s = circling(0.02, seconds);
