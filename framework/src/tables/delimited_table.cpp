@@ -61,7 +61,8 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
       ++end;
     }
     std::string_view cell = trim_cell(line.substr(begin, end - begin));
-    if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') cell = trim_cell(cell.substr(1, cell.size() - 2));
+    if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"')
+      cell = trim_cell(cell.substr(1, cell.size() - 2));
     cells.push_back(cell);
     begin = end + 1;
     if (end >= line.size()) break;
