@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace gripline {
@@ -27,14 +26,12 @@ struct RoadColumns {
 ///   heights      z, ele, elevation, alt, altitude: metres without a unit
 ///   half widths  right and left, w_right, width_right, w_tr_right and their like: metres without a unit;
 ///                else width, track_width, road_width, the whole one
-///   slopes       grade, bank: only with their unit
-/// Other columns are refused beside widths, as in a world's road, and else left out: loggers have many. Throws
-/// InputError with file and line: no places, one half width alone, a unit of another kind, a cell without a number.
+///   slopes       grade, bank: only with their unit, rad, beside widths deg and % as well
+/// Places and half widths are pairs of names (px,py and not px,northing) in one unit; of several the best is read. Other
+/// columns are left out, without widths also heights, widths and slopes with another unit. Throws InputError with file
+/// and line: no places, one half width alone, two units in a pair, lengths without a unit beside places in another than
+/// m or in a row of units beside another, a unit of another kind, a cell without a number, and beside widths a slip in
+/// the name of a slope.
 RoadColumns read_road_columns(const std::filesystem::path& file);
-
-/// Whether a column of this name would be read.
-bool is_road_column(std::string_view name);
-/// Whether it would be read as a width.
-bool is_road_width(std::string_view name);
 
 }  // namespace gripline

@@ -9,7 +9,7 @@
 #include "geometry/height_drift.hpp"
 #include "geometry/long_steps.hpp"
 #include "geometry/middle_line.hpp"
-#include "geometry/road_columns.hpp"
+#include "geometry/road_names.hpp"
 #include "util/numbers.hpp"
 #include "util/statistics.hpp"
 

@@ -291,6 +291,7 @@ struct Reader {
     table.unit.resize(shape.cells);
     for (std::size_t c = 0; c < shape.cells; ++c) split_unit_off(table.name[c], table.unit[c]);
     if (header + 1 != above.end()) {
+      table.unit_row = true;
       table.found.push_back("units in a row of their own");
       for (std::size_t c = 0; c < shape.cells; ++c)
         if (table.unit[c].empty()) table.unit[c] = std::string(header[1].cells[c]);

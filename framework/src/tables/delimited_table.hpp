@@ -26,6 +26,7 @@ struct DelimitedTable {
   std::vector<int> line;                    // of the file, by row, from 1
   std::vector<std::string> found;           // what was unusual, one sentence each
   std::vector<std::string> repeated;        // names that stand more than once in the header
+  bool unit_row = false;                    // units stand in a row of their own
   int header_line = 0;                      // of the names, in the file, from 1; 0: not from a text
   int other_length = 0;                     // line of the first row of another length, which is left out; 0: none
 

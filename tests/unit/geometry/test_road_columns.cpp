@@ -85,6 +85,13 @@ TEST(RoadColumns, UnitsStandAtEndsInBracketsOrInARow) {
     EXPECT_NEAR(road.left[0], 5.0, 1e-9);
   }
   EXPECT_NEAR(read("x_km,y_km", "1.5,2").x[0], 1500.0, 1e-9);
+  for (const auto& [unit, metres] : {std::pair("mm", 1e-3), {"cm", 1e-2}, {"m", 1.0}, {"km", 1e3}, {"ft", 0.3048}})
+    for (const std::string path : {"odom.", "pose.position.", "/odom/pose/pose/position/"}) {
+      SCOPED_TRACE(path + unit);
+      const RoadColumns road = read(path + "x_" + unit + "," + path + "y_" + unit, "1000,2000");
+      EXPECT_NEAR(road.x[0], 1000.0 * metres, 1e-6);
+      EXPECT_NEAR(road.y[0], 2000.0 * metres, 1e-6);
+    }
   const RoadColumns slopes = read("x_m,y_m,w_right_m,w_left_m,grade_deg,bank [deg]", "1,2,3,4,2,-1");
   EXPECT_NEAR(slopes.grade[0], 2 * degree, 1e-12);
   EXPECT_NEAR(slopes.bank[0], -degree, 1e-12);
@@ -155,11 +162,69 @@ TEST(RoadColumns, AMisspeltWidthIsNamed) {
                        "\"w_tr_right_m\" by \"w_tr_rigth_m\"?"));
 }
 
-TEST(RoadColumns, UnitsOfAnotherKindAndSlopesWithoutUnitsAreRefused) {
+TEST(RoadColumns, UnitsOfAnotherKindAndSlipsInNamesOfSlopesAreRefused) {
   EXPECT_THAT(why("x [m/s],y [m/s]", "1,2"), HasSubstr("column \"x\" has the unit \"m/s\"; expected a length"));
   EXPECT_THAT(why("x_m,y_m,w_right,w_left,grade", "1,2,3,4,0"),
               HasSubstr("unknown column \"grade\"; did you mean \"grade_rad\"?"));
-  EXPECT_THAT(why("x_m,y_m,w_right,w_left,grade (%)", "1,2,3,4,0"), HasSubstr("has the unit \"%\"; expected an angle"));
+  EXPECT_THAT(why("x_m,y_m,w_right,w_left,bnak_rad", "1,2,3,4,0"), HasSubstr("did you mean \"bank_rad\"?"));
+  EXPECT_THAT(why("x_m,y_m,w_right,w_left,grade (?)", "1,2,3,4,0"), HasSubstr("has the unit \"?\"; expected an angle"));
+}
+
+TEST(RoadColumns, SlopesInPercentAreRiseOverWay) {
+  for (const char* header : {"x_m,y_m,w_right,w_left,grade (%)", "x_m,y_m,w_right,w_left,grade_pct"})
+    EXPECT_NEAR(read(header, "1,2,3,4,5").grade[0], std::atan(0.05), 1e-12);
+}
+
+TEST(RoadColumns, OtherColumnsBesideWidthsAreLeftOutByName) {
+  EXPECT_THAT(read("id,s_m,x_m,y_m,w_tr_right_m,w_tr_left_m", "1,2,3,4,5,6").remarks,
+              ElementsAre("columns that are left out: id,s_m"));
+}
+
+TEST(RoadColumns, ATraceGoesWithoutWhatHasAnotherUnit) {
+  const RoadColumns log = read("time,lat,lon,ele,grade (%),bank (?),left (km/h)", "1,2,3,4,5,6,7");
+  EXPECT_THAT(log.height, Each(4.0));
+  EXPECT_THAT(log.grade, IsEmpty());
+  EXPECT_THAT(log.remarks, ElementsAre("columns that are left out for their units: grade (%), bank (?), left (km/h)",
+                                       "columns that are left out: time"));
+  // Accelerations beside places on the earth.
+  EXPECT_TRUE(read("lat,lon,x (g),y (g),z (g)", "1,2,3,4,5").on_earth);
+  EXPECT_THAT(read("x_m,y_m,grade_deg", "1,2,3").grade, IsEmpty());
+  EXPECT_THAT(read("x_m,y_m,grade_rad", "1,2,3").grade, Each(3.0));
+}
+
+TEST(RoadColumns, APairHasOneUnit) {
+  EXPECT_THAT(why("x_ft,y,width_ft", "1,2,3"),
+              HasSubstr("road.csv:1:1: \"x_ft\" in ft and \"y\" without a unit: expected one unit for both"));
+  EXPECT_THAT(why("Easting (ft),Northing,width_ft", "1,2,3"), HasSubstr("\"Northing\" without a unit: expected one"));
+  EXPECT_THAT(why("x_ft,y_mm", "1,2"), HasSubstr("\"x_ft\" in ft and \"y_mm\" in mm: expected one"));
+  EXPECT_THAT(why("x,y,w_right_ft,w_left", "1,2,3,4"), HasSubstr("\"w_left\" without a unit: expected one"));
+  EXPECT_THAT(why("x,y,right,left\nm,m,ft,", "1,2,3,4"), HasSubstr("\"left\" without a unit: expected one"));
+  EXPECT_THAT(why("lat_rad,lon", "1,2"), HasSubstr("\"lon\" without a unit and \"lat_rad\" in rad: expected one"));
+  EXPECT_THAT(read("x_m,y", "1,2").y, Each(2.0)) << "without a unit it is in m";
+}
+
+TEST(RoadColumns, LengthsWithoutAUnitBesidePlacesInFeetAreRefused) {
+  EXPECT_THAT(why("East (ft),North (ft),Elevation,w_right,w_left", "1,2,3,4,5"),
+              EndsWith("columns without a unit beside \"East\" in ft: Elevation,w_right,w_left; expected theirs in the "
+                       "header, as \"Elevation (ft)\" or \"Elevation (m)\""));
+  EXPECT_THAT(why("x_km,y_km,width", "1,2,3"), HasSubstr("beside \"x_km\" in km: width;"));
+  EXPECT_THAT(why("x,y,z,width\nm,m,ft,", "1,2,3,4"), HasSubstr("beside \"z\" in ft: width;"));
+  EXPECT_THAT(read("x_ft,y_ft,w_right_m,w_left_m", "1,2,3,4").right, Each(3.0));
+  EXPECT_THAT(read("x,y,right,left\nm,m,,", "1,2,3,4").right, Each(3.0));
+  EXPECT_NEAR(read("x_m,y_m,z,width_ft", "1,2,3,4").right[0], 2 * 0.3048, 1e-9) << "it states its own";
+}
+
+TEST(RoadColumns, PlacesAreAPairOfNames) {
+  EXPECT_THAT(read("px,easting,northing", "1,2,3").x, Each(2.0));
+  EXPECT_THAT(why("px,northing", "1,2"), HasSubstr("\"px\" and \"northing\" are no pair of names"));
+  EXPECT_THAT(why("x,y,w_right,left", "1,2,3,4"), HasSubstr("\"w_right\" and \"left\" are no pair of names"));
+  EXPECT_THAT(read("x,y,w_tr_right_m,right,left", "1,2,3,4,5").right, Each(4.0));
+  EXPECT_THAT(read("odom.position.x,gps.position.x,gps.position.y", "1,2,3").x, Each(2.0));
+  EXPECT_TRUE(read("lat,x,lon", "1,2,3").on_earth);
+  const RoadColumns two = read("easting,northing,px,py", "1,2,3,4");
+  EXPECT_THAT(two.x, Each(3.0));
+  EXPECT_THAT(two.y, Each(4.0));
+  EXPECT_THAT(two.remarks, testing::Contains("several pairs of places: px,py are read, not easting,northing"));
 }
 
 TEST(RoadColumns, WhatIsThereTwiceIsRefused) {
@@ -171,15 +236,6 @@ TEST(RoadColumns, CellsAndRowsThatLackNumbersAreRefusedWithTheirLines) {
   EXPECT_THAT(refusal("1,2 m,3"), HasSubstr("road.csv:3:1: column \"y_m\": expected a finite number, found \"2 m\""));
   EXPECT_THAT(refusal("1,,3"), HasSubstr("road.csv:3:1: column \"y_m\": expected a finite number, found \"\""));
   EXPECT_THAT(refusal("1,2,3,4"), HasSubstr("road.csv:3:1: expected 3 columns as in the header, found another number"));
-}
-
-TEST(RoadColumns, NamesAreKnownByThemselves) {
-  for (const char* name : {"x", "Northing", "lat", "z_m", "w_right_ft", "grade_deg", "width"})
-    EXPECT_TRUE(is_road_column(name)) << name;
-  for (const char* name : {"grade", "speed", "id", "x_center_m", "w_tr_rigth_m"})
-    EXPECT_FALSE(is_road_column(name)) << name;
-  EXPECT_TRUE(is_road_width("w_tr_left_m"));
-  EXPECT_FALSE(is_road_width("x_m"));
 }
 
 }  // namespace test_road_columns

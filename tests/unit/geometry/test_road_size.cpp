@@ -37,5 +37,17 @@ TEST(RoadSize, TheUnitThatNumbersMayHaveIsNamed) {
   EXPECT_THAT(warning_of_size(circle(5000, 90)), HasSubstr("feet or centimetres?"));
 }
 
+TEST(RoadSize, CircuitsOf3To25KilometresInOneUnitAreToldFromWidthsInAnother) {
+  for (const double length : {3.0, 5.0, 7.0, 15.0, 20.8, 25.0})
+    for (const double width : {8.0, 12.0, 15.0}) {
+      SCOPED_TRACE(testing::Message() << length << " km, " << width << " m");
+      EXPECT_THAT(warning_of_size(circle(1000 * length, width)), IsEmpty());
+      EXPECT_THAT(warning_of_size(circle(length, 1e-3 * width)), HasSubstr("are its numbers kilometres?"));
+      EXPECT_THAT(warning_of_size(circle(1000 * length, 1e-3 * width)), HasSubstr("widths in another unit"));
+      EXPECT_THAT(warning_of_size(circle(1e5 * length, 100 * width)), HasSubstr("are its numbers, or its widths"));
+      EXPECT_THAT(warning_of_size(circle(1000 * length, 100 * width)), HasSubstr("widths in another unit"));
+    }
+}
+
 }  // namespace test_road_size
 }  // namespace gripline

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr double pi = std::numbers::pi;
 
-TEST_F(RoadFiles, UnknownColumnsAreRefusedInARoadAndToldOfATrace) {
+TEST_F(RoadFiles, SlipsInNamesOfSlopesAreRefusedInARoadAndOtherColumnsTold) {
   const auto file = [&](const std::string& header, std::size_t columns) {
     return write("columns.csv", header, 100, [=](int i) {
       std::vector<double> row{100 * std::cos(2 * pi * i / 100), 60 * std::sin(2 * pi * i / 100), 4.0, 4.0, 0.0};

@@ -56,6 +56,7 @@ TEST(DelimitedTable, ReadsAPreambleQuotesAndARowOfUnits) {  // as MoTeC writes
       rows("\"0.00\",\"36.0\",\"-1.5\"\n", 6));
   EXPECT_THAT(t.name, ElementsAre("Time", "Ground Speed", "Steered Angle"));
   EXPECT_THAT(t.unit, ElementsAre("s", "km/h", "deg"));
+  EXPECT_TRUE(t.unit_row);
   EXPECT_EQ(t.rows(), 6u);
   EXPECT_EQ(t.column[1][5], 36.0);
 }
