@@ -20,6 +20,7 @@ using calibrate::Unknown;
 
 namespace {
 
+constexpr int iterations_as_predicted = 4;  // of a world that was fitted without disturbances
 constexpr std::array disturbance_gains = {ForecastParameter::gain_force, ForecastParameter::gain_steer};
 
 calibrate::ForecastOptions search_forecast(const WorldSpec& spec) {
@@ -148,8 +149,21 @@ void open_undetermined(const EffectSearch& search, Trial& trial) {
   trial.cost = not_a_number;
 }
 
+void take_observer(const EffectSearch& search, const Trial& from, std::span<const double> values, Trial& to) {
+  // Effects add parameters of the car, which stand before the observer's.
+  const std::size_t before = from.forecaster.car_params(), now = to.forecaster.car_params();
+  for (const Unknown& u : search.worlds.observer) to.params[u.index - before + now] = values[u.index];
+}
+
+std::unique_ptr<Trial> with_observer_of(const EffectSearch& search, const Trial& calibrated, const Trial& base) {
+  auto trial = std::make_unique<Trial>(base.spec, search.forecast);
+  take_over(*trial, base);
+  take_observer(search, calibrated, calibrated.params, *trial);
+  search.fits.refit(*trial, iterations_as_predicted);
+  return trial;
+}
+
 std::unique_ptr<Trial> with_disturbances(const EffectSearch& search, const Trial& base) {
-  constexpr int iterations = 4;
   auto trial = std::make_unique<Trial>(base.spec, search.forecast);
   take_over(*trial, base);
   Trial start(search.spec, search.forecast);
@@ -157,7 +171,7 @@ std::unique_ptr<Trial> with_disturbances(const EffectSearch& search, const Trial
     trial->params[trial->forecaster.index(gain)] = search.worlds.given_params[start.forecaster.index(gain)];
   start.unknowns = search.worlds.observer;
   take_over_unknowns(*trial, start);
-  search.fits.refit(*trial, iterations);
+  search.fits.refit(*trial, iterations_as_predicted);
   return trial;
 }
 

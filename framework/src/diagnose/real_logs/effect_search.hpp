@@ -5,6 +5,7 @@
 #include <list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -87,5 +88,15 @@ void open_undetermined(const EffectSearch& search, calibrate::Trial& trial);
 
 /// A world as `predict` uses it: with an observer that learns disturbances, fitted anew.
 std::unique_ptr<calibrate::Trial> with_disturbances(const EffectSearch& search, const calibrate::Trial& base);
+
+/// A world with effects as `predict` uses it: with the observer of the calibrated one, which with_disturbances() made,
+/// the rest fitted anew beside it. An observer that is fitted beside effects takes up what they do on the course that
+/// was driven, and misleads on another (framework/doc/history.md, "Logs of real cars").
+std::unique_ptr<calibrate::Trial> with_observer_of(const EffectSearch& search, const calibrate::Trial& calibrated,
+                                                   const calibrate::Trial& base);
+
+/// Copies the observer's parameters from those of a world to those of the same world with effects.
+void take_observer(const EffectSearch& search, const calibrate::Trial& from, std::span<const double> values,
+                   calibrate::Trial& to);
 
 }  // namespace gripline::diagnose

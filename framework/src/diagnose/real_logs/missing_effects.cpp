@@ -187,8 +187,7 @@ void measure_errors(const EffectSearch& search, const UnfittedErrors& without, c
   out.remainder = remainder_of(search.logs.reported(), after, judged_horizon);
 }
 
-/// A trial fitted as `fit` does, to all of the time of the logs: what was held out has chosen the effects, and how fast
-/// the observer has to take up what is left is best told by all logs.
+/// A trial fitted as `fit` does, to all of the time of the logs: what was held out has chosen the effects.
 calibrate::FitResult fit_to_all(const EffectSearch& search, Trial& trial,
                                 const std::list<measured::SessionFile>& files) {
   open_undetermined(search, trial);
@@ -202,6 +201,20 @@ calibrate::FitResult fit_to_all(const EffectSearch& search, Trial& trial,
   return result;
 }
 
+/// The world with effects, fitted to all of the time of the logs with the observer that the calibrated world then has.
+calibrate::FitResult fit_effects_to_all(const EffectSearch& search, Trial& calibrated, Trial& found,
+                                        const std::list<measured::SessionFile>& files) {
+  const calibrate::FitResult base = fit_to_all(search, calibrated, files);
+  take_observer(search, calibrated, base.params, found);
+  calibrate::FitResult result = fit_to_all(search, found, files);
+  for (FittedParameter p : base.parameters) {
+    if (!p.unknown.observer) continue;
+    p.unknown.index += found.forecaster.car_params() - calibrated.forecaster.car_params();
+    result.parameters.push_back(p);
+  }
+  return result;
+}
+
 /// Errors of the worlds as `predict` uses them, on time that none of them was fitted to, and the world that is
 /// returned.
 void write_worlds(const EffectSearch& search, Selection& selection, const std::list<measured::SessionFile>& files,
@@ -209,11 +222,14 @@ void write_worlds(const EffectSearch& search, Selection& selection, const std::l
   Trial given(search.spec, search.forecast);
   given.params = search.worlds.given_params;
   const auto calibrated = with_disturbances(search, *search.worlds.calibrated);
-  selection.trial = with_disturbances(search, selection.added.empty() ? *search.worlds.calibrated : *selection.trial);
+  const bool none = selection.added.empty();
+  selection.trial = none ? with_disturbances(search, *search.worlds.calibrated)
+                         : with_observer_of(search, *calibrated, *selection.trial);
   Trial& found = *selection.trial;
   out.rows = {reported_row(search, "given", given), reported_row(search, "calibrated", *calibrated),
               reported_row(search, "found", found)};
-  const calibrate::FitResult fitted = fit_to_all(search, found, files);
+  const calibrate::FitResult fitted =
+      none ? fit_to_all(search, found, files) : fit_effects_to_all(search, *calibrated, found, files);
   for (const FittedParameter& p : fitted.parameters)
     (p.status == FittedParameter::Status::determined ? out.parameters : out.undetermined).push_back(p);
   out.spec = found.spec;
