@@ -6,6 +6,7 @@
 #include "config/errors.hpp"
 #include "config/files.hpp"
 #include "config/json_file.hpp"
+#include "measured/estimates/session_delays.hpp"
 #include "measured/health/session_health.hpp"
 #include "measured/session/session_warnings.hpp"
 #include "util/csv.hpp"
@@ -155,7 +156,8 @@ void warn_of_findings(const std::string& log, const measured::SessionFile& file)
 }
 
 void warn_of_inconsistencies(const std::string& log, const measured::SessionFile& file) {
-  for (const auto& findings : {measured::constant_commands(file.session), measured::consistency_warnings(file)})
+  for (const auto& findings :
+       {measured::constant_commands(file.session), measured::consistency_warnings(file, measured::place_lateness)})
     for (const measured::Finding& f : findings)
       std::cerr << "warning: " << log << ": " << f.check << ' ' << f.found << ": " << f.done << '\n';
 }

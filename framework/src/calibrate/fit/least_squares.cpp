@@ -152,7 +152,9 @@ std::vector<double> least_squares(const PredictionErrors& errors, std::span<cons
     if (expected_decrease(sum, held) < minor * options.tolerance * before) break;
     std::vector<double> best = params;
     const auto step = [&](double by) {
-      std::vector<double> next = after_step(params, unknowns, damped_step(sum, held, by));
+      const Eigen::VectorXd move = damped_step(sum, held, by);
+      if (!move.allFinite()) return false;  // no bound would hold it
+      std::vector<double> next = after_step(params, unknowns, move);
       std::vector<ObserverSteps> taken;
       const double after = errors.cost(next, &taken) + prior_cost(next, unknowns);
       if (!(after < cost)) return false;

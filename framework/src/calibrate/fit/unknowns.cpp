@@ -14,6 +14,12 @@ namespace {
 constexpr std::array<const char*, stage_count> stage_groups = {"command", "drive", "load",  "tyre",
                                                                "force",   "body",  "frames"};
 constexpr std::array<const char*, 4> known_of_car = {"m", "lf", "lr", "yaw_gain"};
+/// Of the Magic Formula, sin(C atan(B slip)): below C = 1 the force never falls back, above 2 it changes its sign at
+/// large slip, which other logs may show though the fitted ones do not.
+constexpr std::array<const char*, 2> shape_factors = {"Cf", "Cr"};
+constexpr double least_shape = 1.0, most_shape = 2.0;
+
+std::string name_of(const ParameterPlace& place) { return place.pointer.substr(place.pointer.rfind('/') + 1); }
 
 /// Of the forecast's parameters, by their number.
 bool is_delay(std::size_t parameter) {
@@ -86,9 +92,19 @@ Unknown forecast_unknown(const ParameterPlace& place, double prior, std::size_t 
   return u;
 }
 
-/// Where a world lists nothing: half of what a value is, or a share of its plugin's range where it is 0.
+bool is_shape_factor(const ParameterPlace& place) {
+  return place.group == "model" && place.unit == "1" &&
+         std::ranges::find(shape_factors, name_of(place)) != shape_factors.end();
+}
+
+/// Where a world lists nothing: half of what a value is, or a share of its plugin's range where it is 0. A shape factor
+/// stays where those of tyres are, or as far from there as the world has it.
 Unknown guess(const ParameterPlace& place, double prior) {
   Unknown u = unknown_at(place, prior);
+  if (is_shape_factor(place)) {
+    u.low = std::max(u.low, std::min(least_shape, prior));
+    u.high = std::min(u.high, std::max(most_shape, prior));
+  }
   u.log = prior > 0.0 && place.low >= 0.0;
   u.sigma = u.log ? 0.5 : prior != 0.0 ? 0.5 * std::abs(prior) : std::min(0.01 * (place.high - place.low), 1.0);
   return u;
@@ -198,8 +214,7 @@ Listed read_listed(const Node& node, std::span<const ParameterPlace> places, std
 }
 
 bool is_of_data_sheet(const ParameterPlace& place) {
-  return place.group == "model" &&
-         std::ranges::find(known_of_car, place.pointer.substr(place.pointer.rfind('/') + 1)) != known_of_car.end();
+  return place.group == "model" && std::ranges::find(known_of_car, name_of(place)) != known_of_car.end();
 }
 
 /// Of a world that lists none: all parameters of the model and its effects that a data sheet does not give.

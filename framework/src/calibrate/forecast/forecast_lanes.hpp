@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <span>
 #include <vector>
 
 #include "calibrate/forecast/forecaster.hpp"
@@ -144,6 +146,11 @@ class Lanes {
   void advance(double h, int substeps);
   /// Lets the rows that fell into the step just made move the states.
   void correct(double h);
+  /// Whether a lane's state is not finite: it stays so.
+  bool is_lost(std::size_t lane) const {
+    const std::span state(x_.data() + lane * channels, channels);
+    return !std::ranges::all_of(state, [](const T& x) { return std::isfinite(value(x)); });
+  }
   /// Readings at a time inside the step just made.
   Row<T> reading_at(std::size_t lane, const T& share) const {
     T state[channels];

@@ -18,6 +18,11 @@ struct Stretch {
   std::size_t steps = 0;
 };
 
+/// A number of steps rounded up; none where it is negative or no number.
+inline std::size_t whole_steps(double steps) {
+  return std::isfinite(steps) && steps > 0.0 ? static_cast<std::size_t>(std::ceil(steps)) : 0;
+}
+
 /// The observer along a block of a stretch that holds starts, and its states where they begin.
 template <class T>
 struct Block {
@@ -35,6 +40,7 @@ class ForecastRun {
   explicit ForecastRun(const Setting<T>& setting) : s_(setting) {
     latest_ = earliest_ = value(s_.delay(0));
     for (std::size_t g = 0; g < groups; ++g) {
+      known_delays_ = known_delays_ && std::isfinite(value(s_.delay(g)));
       latest_ = std::max(latest_, value(s_.delay(g)));
       earliest_ = std::min(earliest_, value(s_.delay(g)));
     }
@@ -43,6 +49,7 @@ class ForecastRun {
 
   /// Carries the states along the log as far as starts need them.
   void observe(const Starts& starts, ObserverSteps* steps) {
+    if (!known_delays_) return;
     request_blocks(starts);
     std::vector<Block<T>*> blocks;
     for (auto& [where, block] : blocks_) {
@@ -64,10 +71,12 @@ class ForecastRun {
     }
   }
 
-  /// predicted: starts x horizons x 6 readings, NaN where the log has no rows to start from.
+  /// predicted: starts x horizons x 6 readings, NaN where the log has no rows to start from, and from where the state
+  /// is not finite on.
   void predict(const Starts& starts, std::vector<T>& predicted) {
     const std::size_t h = starts.horizons.size();
     predicted.assign(starts.time.size() * h * channels, T(not_a_number));
+    if (!known_delays_) return;
     std::vector<std::size_t> usable;
     for (std::size_t i = 0; i < starts.time.size(); ++i)
       if (stretch_of(starts.time[i]) < stretches_.size()) usable.push_back(i);
@@ -160,7 +169,7 @@ class ForecastRun {
       stretch.begin = t[first];
       stretch.end = t[i - 1];
       const double last = stretch.end - earliest_;
-      stretch.steps = static_cast<std::size_t>(std::max(0.0, std::ceil((last - stretch.begin) / s_.options.step)));
+      stretch.steps = whole_steps((last - stretch.begin) / s_.options.step);
       stretches_.push_back(stretch);
       first = i;
     }
@@ -244,14 +253,19 @@ class ForecastRun {
       const double start = starts.time[which[i]];
       start_lane(lanes, i, start, last);
       const double until = start + last - earliest_ - lanes.time(i);
-      steps = std::max(steps, static_cast<std::size_t>(std::ceil(until / h - 1e-9)));
+      steps = std::max(steps, whole_steps(until / h - 1e-9));
     }
     for (std::size_t step = 0; step < steps; ++step) {
       lanes.advance(h);
-      for (std::size_t i = 0; i < which.size(); ++i)
+      bool any = false;
+      for (std::size_t i = 0; i < which.size(); ++i) {
+        if (lanes.is_lost(i)) continue;
+        any = true;
         for (std::size_t j = horizons.first; j < horizons.last; ++j)
           write_readings(lanes, i, starts.time[which[i]] + starts.horizons[j],
                          predicted.data() + (which[i] * starts.horizons.size() + j) * channels);
+      }
+      if (!any) return;
       lanes.correct(h);
     }
   }
@@ -271,6 +285,7 @@ class ForecastRun {
 
   const Setting<T>& s_;
   double latest_ = 0, earliest_ = 0;
+  bool known_delays_ = true;  // else there is no time to start or to read at
   std::vector<Stretch> stretches_;
   std::map<Key, Block<T>> blocks_;
 };

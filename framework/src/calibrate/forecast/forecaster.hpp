@@ -97,8 +97,9 @@ class Forecaster {
   const ForecastOptions& options() const { return options_; }
   ForecastOptions& options() { return options_; }
 
-  /// predicted: starts x horizons x 6 readings, NaN where the log has no rows to start from. `params`: params()
-  /// numbers. `steps`, where given, are those of an earlier run of the same values; empty ones are filled.
+  /// predicted: starts x horizons x 6 readings, NaN where the log has no rows to start from, and from where the state
+  /// is not finite on. `params`: params() numbers. `steps`, where given, are those of an earlier run of the same values;
+  /// empty ones are filled.
   template <class T>
   void run(const Session& session, const measured::CommandGrid& commands, const measured::Road* road,
            std::span<const T> params, const Starts& starts, std::vector<T>& predicted,

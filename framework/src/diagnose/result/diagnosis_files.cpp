@@ -49,6 +49,7 @@ Node rollout_node(const ErrorChange& c) {
 
 Node named_node(const Diagnosis& d) {
   Node::Array named;
+  const std::size_t delays = d.delays.size();
   std::vector<NamedEffect> all = d.delays;
   all.insert(all.end(), d.named.begin(), d.named.end());
   for (const NamedEffect& n : all) {
@@ -68,7 +69,8 @@ Node named_node(const Diagnosis& d) {
     one.set("ci95", std::move(ci));
     if (!ends.object().empty()) one.set("at_end", std::move(ends));
     one.set("confidence", number_or_null(n.confidence));
-    one.set("rollout", rollout_node(n.rollout));
+    // On logs of real cars nothing is predicted without a delay, which says nothing against it.
+    if (named.size() >= delays || n.rollout.measured()) one.set("rollout", rollout_node(n.rollout));
     named.push_back(std::move(one));
   }
   return Node(std::move(named));

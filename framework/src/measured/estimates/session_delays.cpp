@@ -428,6 +428,12 @@ std::array<double, delay_groups> stated_or_found_delays(const LogMap& map, const
   return delays;
 }
 
+double place_lateness(const SessionFile& file) {
+  for (const PairDelay& d : pairwise_delays_of_file(file))
+    if (d.of_clock && group_of(d.channel) == delay_group[Channel::vx] && d.low * d.high > 0.0) return -d.seconds;
+  return 0.0;
+}
+
 DelaysToTakeOff delays_to_take_off(const LogMap& map, const SessionFile& file) {
   const bool search = std::ranges::any_of(map.channel, [](const auto& c) { return c && !c->delay; });
   std::vector<PairDelay> found = search ? pairwise_delays_of_file(file) : std::vector<PairDelay>{};

@@ -37,6 +37,9 @@ std::vector<PairDelay> pairwise_delays_of_file(const SessionFile& file);
 /// course leads or follows the heading by the car's sideslip, so that no yaw rate is late against it.
 bool pose_identifies_delay(const SessionFile& file, std::size_t group);
 
+/// By how much the place is late against the speeds [s], as their pair shows; 0 where it is not told from that.
+double place_lateness(const SessionFile& file);
+
 /// Velocity against place by displacements (displacement_lag.hpp), for sessions with x, yaw, vx and vy.
 /// `yaw_is_late`: by what the heading is [s].
 std::optional<PairDelay> displacement_delay(const Session& session, double yaw_is_late);

@@ -149,7 +149,7 @@ std::vector<Finding> health_of(const SessionFile& file) {
   const Session moving = while_moving(s);
   jumps(file, moving, out);
   for (Finding& finding : constant_commands(s)) out.push_back(std::move(finding));
-  for (Finding& finding : consistency_warnings(file)) out.push_back(std::move(finding));
+  for (Finding& finding : consistency_warnings(file, place_lateness)) out.push_back(std::move(finding));
   const Session own = at_centre_of_gravity(file);
   // A value that is written again and again jumps once in its period and has no noise of its own.
   const bool steps = held[Channel::x] || held[Channel::y] || held[Channel::vx];

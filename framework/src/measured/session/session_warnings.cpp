@@ -194,18 +194,33 @@ void warn_of_yaw(const std::vector<SessionWindow>& windows, double slowest, std:
          "the map; or vy is of another point than x and y"});
 }
 
-void warn_of_lateral_speed(const Session& s, double slowest, std::vector<Finding>& out) {
+/// The correlation of vy with the place once that is on time, by its delay `late` [s]: that of the place alone, or of
+/// the heading too; the larger of both.
+double sideways_correlation_on_time(const SessionFile& file, double late, double slowest) {
+  double larger = -1.0;
+  for (const double of_yaw : {0.0, late}) {
+    const double side = sideways_correlation(at_centre_of_gravity(file, {late, of_yaw, 0.0, 0.0}), slowest);
+    if (!std::isnan(side)) larger = std::max(larger, side);
+  }
+  return larger;
+}
+
+void warn_of_lateral_speed(const SessionFile& file, const Session& s, double slowest,
+                           const std::function<double(const SessionFile&)>& place_is_late, std::vector<Finding>& out) {
   constexpr double against = -0.6;
-  const double side =
-      s.has[Channel::x] && s.has[Channel::yaw] && s.has[Channel::vy] ? sideways_correlation(s, slowest) : NAN;
-  if (side < against)
-    out.push_back({Finding::Level::bad, "vy", "moves against the place (correlation " + significant(side, 2) + ")",
-                   "its sign is turned, or it is of a point far from the one that x and y show"});
+  double side = s.has[Channel::x] && s.has[Channel::yaw] && s.has[Channel::vy] ? sideways_correlation(s, slowest) : NAN;
+  if (!(side < against)) return;
+  const double late = place_is_late ? place_is_late(file) : 0.0;
+  if (late != 0.0) side = sideways_correlation_on_time(file, late, slowest);
+  if (!(side < against)) return;
+  out.push_back({Finding::Level::bad, "vy", "moves against the place (correlation " + significant(side, 2) + ")",
+                 "its sign is turned, or it is of a point far from the one that x and y show"});
 }
 
 }  // namespace
 
-std::vector<Finding> consistency_warnings(const SessionFile& file) {
+std::vector<Finding> consistency_warnings(const SessionFile& file,
+                                          const std::function<double(const SessionFile&)>& place_is_late) {
   const Session s = at_centre_of_gravity(file);
   const std::vector<SessionWindow> windows = session_windows(s);
   const double slowest = slow_share * typical_speed(s);
@@ -213,7 +228,7 @@ std::vector<Finding> consistency_warnings(const SessionFile& file) {
   warn_of_steering(s, windows, slowest, out);
   if (!file.derived_velocity) warn_of_speed(s, windows, out);
   if (!file.derived_velocity && !file.derived_yaw) warn_of_yaw(windows, slowest, out);
-  warn_of_lateral_speed(s, slowest, out);
+  warn_of_lateral_speed(file, s, slowest, place_is_late, out);
   return out;
 }
 

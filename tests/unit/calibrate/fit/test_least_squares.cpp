@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
+
+#include "support/calibrate_rig.hpp"
 
 namespace gripline::calibrate {
 namespace test_least_squares {
@@ -88,6 +91,26 @@ TEST(Bootstrap, WhatPriorAndCurvatureAllowIsDrawnAsWideAsTheBlocksScatter) {
   const double curvature = 1.0 / std::sqrt(20.0 * 100.0);  // were errors independent
   EXPECT_GT(std::sqrt(square), 3.0 * curvature);
   EXPECT_LT(std::sqrt(square), 8.0 * curvature);
+}
+
+/// Priors so narrow that their curvature is no number.
+TEST(LeastSquares, MovesThatAreNoNumbersAreNotMade) {
+  const test::CalibrateRig rig;
+  const measured::Session session = test::drive(rig.vehicle.car(), {.seconds = 20, .noise = 1});
+  std::vector<FitLog> logs(1, FitLog(session, 0.02, {1.0}, 0.5, 0.5));
+  PredictionErrors errors(rig.forecaster, logs);
+  errors.weighing.horizon = {1.0};
+  std::vector<Unknown> unknowns(2);
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    unknowns[i].index = rig.forecaster.index(ForecastParameter::delay_position) + i;
+    unknowns[i].sigma = 1e-200;
+    unknowns[i].low = -0.5;
+    unknowns[i].high = 1.0;
+  }
+  const std::vector<double> start = rig.forecaster.defaults();
+  double cost = 0.0;
+  EXPECT_EQ(least_squares(errors, unknowns, start, {}, cost), start);
+  EXPECT_TRUE(std::isfinite(cost));
 }
 
 }  // namespace test_least_squares

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -28,6 +29,24 @@ TEST(PredictionErrors, AHeadingThatIsWholeTurnsAwayIsNotOff) {
   for (std::size_t k = yaw; k < off.size(); k += channels) EXPECT_NEAR(other[k], off[k], 1e-12) << k;
   EXPECT_NEAR(with_turn.cost(params), as_read.cost(params), 1e-9);
   EXPECT_NEAR(with_turn.linearise(params, {}, {}).cost, as_read.linearise(params, {}, {}).cost, 1e-9);
+}
+
+/// They say nothing, and one of them would leave a fit no move that is a number.
+TEST(PredictionErrors, ErrorsWhoseDerivativesAreNoNumbersAreLeftOut) {
+  const test::CalibrateRig rig;
+  const measured::Session session = test::drive(rig.vehicle.car(), {.seconds = 20, .noise = 1});
+  std::vector<FitLog> logs(1, FitLog(session, 0.02, {1.0}, 0.5, 0.5));
+  PredictionErrors errors(rig.forecaster, logs);
+  errors.weighing.horizon = {1.0};
+  Unknown lasting;  // a disturbance that never fades: its rate is 0, the derivative by its logarithm 0 times infinity
+  lasting.index = rig.forecaster.index(ForecastParameter::steer_tau);
+  lasting.log = true;
+  std::vector<double> params = rig.forecaster.defaults();
+  params[lasting.index] = std::numeric_limits<double>::infinity();
+  const BlockedNormalEquations found = errors.linearise(params, std::vector<Unknown>{lasting});
+  EXPECT_TRUE(std::isfinite(found.cost));
+  EXPECT_GT(found.dropped, 0u);
+  for (const Eigen::MatrixXd& hessian : found.hessian) EXPECT_TRUE(hessian.allFinite());
 }
 
 using measured::Channel;

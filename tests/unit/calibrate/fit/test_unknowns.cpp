@@ -54,6 +54,25 @@ TEST(Unknowns, AWorldThatListsNoneLeavesOpenWhatCanBeAGuess) {
   EXPECT_THAT(pointers, testing::Not(testing::Contains("/plant/params/m")));
 }
 
+/// Above 2 the side force changes its sign at large slip.
+TEST(Unknowns, AShapeFactorThatNoWorldListsStaysThatOfATyreOrReachesToItsOwnValue) {
+  const auto shape = [](const char* patch) {
+    Errors errors;
+    const auto all = read(patch, errors, {"/plant/params/Cf"});
+    EXPECT_TRUE(errors.empty());
+    return all.at(0);
+  };
+  EXPECT_EQ(shape("{}").low, 1.0);
+  EXPECT_EQ(shape("{}").high, 2.0);
+  const Unknown sharp = shape(R"({"plant": {"params": {"Cf": 2.5}}})"),
+                blunt = shape(R"({"plant": {"params": {"Cf": 0.8}}})");
+  EXPECT_EQ(sharp.low, 1.0);
+  EXPECT_EQ(sharp.high, 2.5);
+  EXPECT_EQ(blunt.low, 0.8);
+  EXPECT_EQ(blunt.high, 2.0);
+  EXPECT_EQ(shape(R"({"unknowns": {"/plant/params/Cf": {"sigma": 1}}})").high, 10.0);  // the plugin's own range
+}
+
 TEST(Unknowns, GroupsAndPointersChoose) {
   Errors errors;
   const auto some = read(R"({"unknowns": {"/plant/params/Bf": {"group": "tyres", "sigma": 1}}})", errors,

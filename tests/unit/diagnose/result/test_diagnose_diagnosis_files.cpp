@@ -30,6 +30,26 @@ TEST(DiagnoseDiagnosisFiles, AParameterAtAnEndOfItsRangeSaysWhich) {
   EXPECT_EQ(named[1].find("at_end"), nullptr);
 }
 
+/// One that cannot tell would read as a doubt of the delay.
+TEST(DiagnoseDiagnosisFiles, ADelayThatNothingWasPredictedWithoutHasNoRollout) {
+  Diagnosis d;
+  const auto delay = [&](const char* effect) -> NamedEffect& {
+    NamedEffect& one = d.delays.emplace_back();
+    one.effect = effect;
+    one.params = {{"T", "s", 0.14, 0.13, 0.15}};
+    return one;
+  };
+  delay("position_delay");
+  delay("yaw_delay").rollout = {-0.5, -0.6, -0.4};
+  d.named.emplace_back().effect = "steer_lag";
+  const Node::Array named = diagnosis_json(d).find("named")->array();
+  ASSERT_EQ(named.size(), 3u);
+  EXPECT_EQ(named[0].find("rollout"), nullptr);
+  ASSERT_NE(named[1].find("rollout"), nullptr);
+  EXPECT_EQ(named[1].find("rollout")->find("change")->number(), -0.5);
+  EXPECT_NE(named[2].find("rollout"), nullptr);
+}
+
 /// Evidence and a decrease of errors are not one number: each has its key, and only one is there.
 TEST(DiagnoseDiagnosisFiles, EvidenceAndADecreaseOfErrorsHaveKeysOfTheirOwn) {
   Diagnosis d;

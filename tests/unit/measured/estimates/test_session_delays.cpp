@@ -46,6 +46,17 @@ TEST(Delays, OfAChannelIsFoundWithAnIntervalThatHoldsIt) {
   EXPECT_NEAR(stated_or_found_delays(map, delays)[3], 0.51, 0.01) << "against a heading that is late itself";
 }
 
+TEST(Delays, OfThePlaceIsToldByTheSpeeds) {
+  const auto lateness = [](double of_speed) {
+    SessionFile file;
+    file.session = wandering(
+        [&](double t, std::size_t, auto& row, auto&, auto&, auto& speed_at) { row[3] = speed_at(t - of_speed); });
+    return place_lateness(file);
+  };
+  EXPECT_NEAR(lateness(0.1), -0.1, 0.02);
+  EXPECT_NEAR(lateness(0.0), 0.0, 0.01);
+}
+
 TEST(Delays, AreTheSameAtAnyRate) {
   for (const double hertz : {10.0, 12.0, 16.0, 24.0, 25.0, 33.0, 48.0})
     for (const double late : {0.0, 0.31}) {

@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "support/session_logs.hpp"
 
@@ -109,6 +113,48 @@ TEST(SessionWarnings, AVyOfTheWrongSignIsFoundAtAnyRate) {
       for (const Finding& f : consistency_warnings(quick_weave(1.0 / hertz, sign))) names.append(f.check).append(" ");
       EXPECT_EQ(names, sign > 0 ? "" : "vy ") << hertz << " Hz";
     }
+}
+
+/// A minute of a full-size car that weaves; its place comes `late` [s]. `sign`: of vy as written.
+SessionFile weave_with_late_place(double late, double sign) {
+  constexpr double h = 0.001;
+  constexpr long every = 20;
+  std::vector<std::pair<double, double>> path(1);
+  SessionFile file;
+  Session& s = file.session;
+  s.has.fill(true);
+  double yaw = 0.0;
+  for (long k = 0; k < 60000; ++k) {
+    const double t = h * static_cast<double>(k);
+    const double vx = 10.0 + std::sin(0.3 * t), rate = 0.5 * std::sin(0.8 * t), vy = 0.5 * rate;
+    if (k % every == 0) {
+      const auto [x, y] = path[static_cast<std::size_t>(std::max(0L, k - std::lround(late / h)))];
+      s.t.push_back(t);
+      s.command.push_back({0.3, 0.3 * rate});
+      for (const double value : {x, y, yaw, vx, sign * vy, rate}) s.reading.push_back(value);
+    }
+    const auto [x, y] = path.back();
+    path.emplace_back(x + h * (vx * std::cos(yaw) - vy * std::sin(yaw)),
+                      y + h * (vx * std::sin(yaw) + vy * std::cos(yaw)));
+    yaw += h * rate;
+  }
+  return file;
+}
+
+/// It moves sideways by where the car was heading then.
+TEST(SessionWarnings, APlaceThatIsLateTurnsNoSign) {
+  const auto warnings = [](double late, double sign, bool known) {
+    const SessionFile file = weave_with_late_place(late, sign);
+    std::string names;
+    const auto found =
+        known ? consistency_warnings(file, [late](const SessionFile&) { return late; }) : consistency_warnings(file);
+    for (const Finding& f : found) names.append(f.check).append(" ");
+    return names;
+  };
+  EXPECT_EQ(warnings(0.15, 1.0, false), "vy ");
+  EXPECT_EQ(warnings(0.15, 1.0, true), "");
+  EXPECT_EQ(warnings(0.02, 1.0, true), "");
+  EXPECT_EQ(warnings(0.02, -1.0, true), "vy ");
 }
 
 TEST(SessionWarnings, SpeedsThatNoPlaceIsComparedWithAreSaid) {
