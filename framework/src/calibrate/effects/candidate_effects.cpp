@@ -182,11 +182,6 @@ struct LargerCar {
   std::vector<Unknown> tested;
 };
 
-bool all_finite(const BlockedNormalEquations& blocks) {
-  return std::ranges::all_of(blocks.hessian, [](const Eigen::MatrixXd& h) { return h.allFinite(); }) &&
-         std::ranges::all_of(blocks.gradient, [](const Eigen::VectorXd& g) { return g.allFinite(); });
-}
-
 /// The move inside `room` (how far each parameter may go down and up) that lowers the squared errors most, to first
 /// order: `information` and `gradient` are of half of them.
 Eigen::VectorXd best_move(const Eigen::MatrixXd& information, const Eigen::VectorXd& gradient,
@@ -325,9 +320,10 @@ std::vector<EffectScore> score_candidates(const StagedCar& own, std::span<const 
     return errors.linearise(larger.params, unknowns);
   };
   BlockedNormalEquations blocks = linearise(used, logs);
-  if (!all_finite(blocks)) {  // one effect that goes wrong must not end what is asked of the others
+  if (blocks.undefined > 0) {  // one effect that goes wrong must not end what is asked of the others
     std::vector<FitLog> few = thinned(logs, 10);
-    std::erase_if(used, [&](const std::size_t one) { return !all_finite(linearise({&one, 1}, few)); });
+    const std::size_t without = linearise({}, few).undefined;
+    std::erase_if(used, [&](const std::size_t one) { return linearise({&one, 1}, few).undefined > without; });
     blocks = linearise(used, logs);
   }
   const auto n = static_cast<Index>(fitted.size());

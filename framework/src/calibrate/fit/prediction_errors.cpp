@@ -215,12 +215,14 @@ void PredictionErrors::add_blocks(const FitLog& log, const Predicted& predicted,
     double steep = 0.0;
     for (Eigen::Index u = 0; u < n; ++u)
       steep = std::max(steep, std::abs(j(u)) * unknowns[static_cast<std::size_t>(u)].sigma);
-    const bool far = !(std::abs(z) < farthest), wild = !j.allFinite() || !(steep < steepest);
+    const bool far = !(std::abs(z) < farthest), wild = !(steep < steepest);
     if (far) z = farthest;
     double w = 0.0;
     to.cost += loss(z, weight_of(log, k), &w);
-    if (far || wild) {
+    const bool undefined = !far && !wild && j.hasNaN();
+    if (far || wild || undefined) {
       ++to.dropped;
+      to.undefined += undefined ? 1 : 0;
       continue;
     }
     w /= 1.0 + (steep / weighing.steep) * (steep / weighing.steep);

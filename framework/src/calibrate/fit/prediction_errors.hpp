@@ -60,7 +60,8 @@ struct BlockedNormalEquations {
   std::vector<Eigen::MatrixXd> hessian;
   std::vector<Eigen::VectorXd> gradient;
   double cost = 0;
-  std::size_t dropped = 0;  // errors left out: not finite, or of a derivative beyond all measure
+  std::size_t dropped = 0;    // errors left out: not finite, or of a derivative beyond all measure or that is no number
+  std::size_t undefined = 0;  // of these: because a derivative is no number
 };
 inline constexpr double block_length = 10.0;   // [s]
 inline constexpr double shortest_block = 2.0;  // [s]

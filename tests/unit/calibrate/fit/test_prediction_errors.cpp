@@ -46,6 +46,7 @@ TEST(PredictionErrors, ErrorsWhoseDerivativesAreNoNumbersAreLeftOut) {
   const BlockedNormalEquations found = errors.linearise(params, std::vector<Unknown>{lasting});
   EXPECT_TRUE(std::isfinite(found.cost));
   EXPECT_GT(found.dropped, 0u);
+  EXPECT_EQ(found.undefined, found.dropped);
   for (const Eigen::MatrixXd& hessian : found.hessian) EXPECT_TRUE(hessian.allFinite());
 }
 
